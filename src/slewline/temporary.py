@@ -1,4 +1,4 @@
-"""Folders for the files of one process, removed when it ends or, if it was killed, when the next process starts."""
+"""Folders for the files of one process, removed at its end or, if it is killed, by the next process."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ LONGEST = 60  # maximum bytes in the path of the parent folder: a socket path ha
 class TemporaryFolder(TemporaryDirectory[str]):
     """A new folder that only this user can access, with a path short enough for sockets.
 
-    Forked copies of this process also keep it: files that they leave late are removed by the next process.
+    Forked copies of this process also hold its lock: files that they leave in it late are removed by the
+    next process.
     """
 
     def __init__(self) -> None:
@@ -40,7 +41,7 @@ class TemporaryFolder(TemporaryDirectory[str]):
 
 
 def _remove_dead(place: Path) -> None:
-    """Remove the folders that killed processes of this user have left."""
+    """Remove the folders in `place` that killed processes of this user have left."""
     for folder in place.glob(f"{PREFIX}*"):
         with suppress(OSError):
             if os.name == "posix" and folder.lstat().st_uid != os.geteuid():

@@ -1,7 +1,7 @@
-"""The common style of all pictures: colours for light and dark pages, sizes, and the format of numbers and times.
+"""The common style of all pictures: colours for light and dark pages, sizes, formats of numbers and times.
 
-`styled()` applies the style while a picture is created, and `Picture` while it is drawn; the user's matplotlib
-configuration has no effect on our pictures, and is not changed by them.
+`styled()` applies the style while a picture is created, and `Picture` applies it while the picture is
+drawn; the user's matplotlib configuration has no effect on our pictures, and is not changed by them.
 """
 
 from __future__ import annotations
@@ -105,7 +105,7 @@ def inches(width: str | float) -> float:
 
 @contextmanager
 def styled(dark: bool = False) -> Iterator[Palette]:
-    """Apply our style instead of the user's configuration; yield the colours.
+    """Apply our style within a `with` block, instead of the user's matplotlib configuration; yield the colours.
 
     Raises:
         UsageError: matplotlib is not installed.
@@ -151,12 +151,12 @@ def _settings(colours: Palette) -> dict[Any, Any]:
 
 # ------------------------------------------------------------------------------------------------- numbers and times
 def number(value: float, digits: int = 10) -> str:
-    """Return a number with thin spaces between thousands and a true minus: 12345 as 12 345."""
+    """Return a number as text: `digits` significant digits, thin spaces, a true minus: 12345 as 12 345."""
     return f"{value:,.{digits}g}".replace(",", THIN_SPACE).replace("-", MINUS)
 
 
 def few(value: float) -> str:
-    """Return a measured number with three significant digits, or as a whole number if it has more before the point."""
+    """Return a measured number with up to three significant digits; if it is 100 or more, as a whole number."""
     return number(round(value) if abs(value) >= 100 else value, 10 if abs(value) >= 100 else 3)
 
 
@@ -171,11 +171,11 @@ def duration(ps: int) -> str:
 
 
 class TimeAxis:
-    """The common time axis of all panels, in a suitable unit; far from time 0, it counts from the window's start.
+    """The common time axis of all panels, in a suitable unit; far from time 0, it counts from the window start.
 
     Args:
-        zero: the instant that counts as 0, such as the start of a motion; by default, the start of the window if that
-            is far from time 0.
+        zero: the instant that counts as 0, such as the start of a motion; by default, the start of the
+            window if that is far from time 0, otherwise time 0.
     """
 
     def __init__(self, start: int, stop: int, zero: int | None = None, zero_is: str = "") -> None:
@@ -189,14 +189,14 @@ class TimeAxis:
         self.label = f"Time in {name}" + (f", {from_where}" if from_where else "")
 
     def scaled(self, times: Any) -> Any:
-        """Return instants (ps) in units of the axis: float64, same shape."""
+        """Return instants (ps) in units of the axis: float64, in the same shape as `times`."""
         import numpy as np
 
         return (np.asarray(times, np.int64) - self.origin) / self.unit
 
 
 def aligned(lines: Sequence[Sequence[str]], left: Container[int] = ()) -> list[str]:
-    """Return the lines of a table with right-aligned columns, except the columns numbered in `left`."""
+    """Return the lines of a table; its columns are right-aligned, except those with numbers (from 0) in `left`."""
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
     sides = ["<" if n in left else ">" for n in range(len(widths))]
     cells = ([f"{cell:{side}{width}}" for cell, side, width in zip(line, sides, widths, strict=True)] for line in lines)

@@ -1,14 +1,16 @@
 """A file that is written completely or not at all.
 
-Bytes are written to a hidden neighbour of the file, which takes the file's name when it is complete.  A file that is
-not regular (a pipe, /dev/stdout) cannot be replaced and is written directly.
+Bytes are written to a hidden file next to the file (its neighbour), which takes the file's name when all
+bytes are written.  A file that is not regular (a pipe, /dev/stdout) cannot be replaced and is written
+directly.
 
-A symbolic link that the user named is kept, and its target is written.  If slewline chose the name, another program
-must have put the link there, so it is refused (`own`); the neighbour, too, must be a new file.
+If the user named a symbolic link, the link is kept, and its target is written.  If slewline chose the
+name, another program must have put a link there, so the link is refused (`own`); the neighbour, too,
+must be a new file.
 
-The new file has the mode of the replaced one, and its owner and group if the system permits that.  The neighbour is
-locked while it is being written, so a neighbour without a lock was left by a killed process: it is removed by the next
-process that writes in that folder.
+The new file has the mode of the replaced one, and its owner and group if the system permits that.  The
+neighbour is locked while it is being written, so a neighbour without a lock was left by a killed
+process: it is removed by the next process that writes in that folder.
 """
 
 from __future__ import annotations
@@ -47,7 +49,7 @@ def check_suffix(path: str | Path, allowed: Sequence[str], *, bare: bool = False
         bare: also allow a name without an extension, as for pipes.
 
     Raises:
-        UsageError: it has another extension.
+        UsageError: the file has no allowed extension.
     """
     suffix = Path(path).suffix.lower()
     if suffix in allowed or (bare and not suffix):
@@ -59,7 +61,7 @@ def check_suffix(path: str | Path, allowed: Sequence[str], *, bare: bool = False
 
 
 class WholeFile(WholeOrNothing):
-    """A binary file to write: `close` puts it in place, `discard` leaves everything unchanged.
+    """A binary file to write: `close` puts it in place, `discard` leaves any file of that name unchanged.
 
     As a context manager, it closes the file, or discards it if the block raises an exception.
 
@@ -68,7 +70,7 @@ class WholeFile(WholeOrNothing):
         durable: write the bytes to disk before the file takes its name, so that it survives a power failure.
 
     Attributes:
-        part: the neighbour; None if the file is written in place.
+        part: the hidden file that later takes the name; None if the file is written directly.
 
     Raises:
         UsageError: the path is a directory, or cannot be written.
@@ -103,7 +105,7 @@ class WholeFile(WholeOrNothing):
                 raise
 
     def _take_over(self, part: Path) -> bool:
-        """Copy mode, owner and group of the replaced file to the neighbour; return if owner and group were set."""
+        """Copy mode, owner and group of any replaced file to the new one; return whether owner and group are right."""
         try:
             before, now = self._target.stat(), part.stat()
         except FileNotFoundError:
@@ -155,7 +157,7 @@ class WholeFile(WholeOrNothing):
 
     @contextmanager
     def refusals(self) -> Iterator[None]:
-        """Convert operating system errors into slewline errors."""
+        """Convert operating system errors in a `with` block into UsageErrors."""
         try:
             yield
         except OSError as error:
@@ -163,7 +165,7 @@ class WholeFile(WholeOrNothing):
 
 
 def _neighbour(target: Path) -> tuple[Path, BufferedWriter]:
-    """Return a new, locked hidden file next to `target`: its path, and the open file; never open an existing one."""
+    """Create a locked hidden file next to `target`, never using an existing one; return its path and the file."""
     for number in count():
         part = target.with_name(f".slewline-{os.getpid()}-{next(_NUMBERS)}.part")
         if os.path.lexists(part):  # of a process that was killed, or a link that another program put there
@@ -183,7 +185,7 @@ def _neighbour(target: Path) -> tuple[Path, BufferedWriter]:
 
 
 def _remove_dead(folder: Path) -> None:
-    """Remove neighbours that killed processes have left, recognised by not being locked."""
+    """Remove the hidden files in a folder that killed processes have left: those without a lock."""
     for part in folder.glob(".slewline-*.part"):
         if _PART.fullmatch(part.name) and not part.is_symlink() and part.is_file():
             with suppress(OSError), open(part, "r+b") as file:
@@ -192,7 +194,7 @@ def _remove_dead(folder: Path) -> None:
 
 
 def _sync_names(folder: Path) -> None:
-    """Make the names in a folder durable if the folder can be opened."""
+    """Write the file names in a folder to disk, to survive a power failure, if the folder can be opened."""
     with suppress(PermissionError):  # Windows cannot open folders
         file = os.open(folder, os.O_RDONLY)
         try:

@@ -25,12 +25,13 @@ with suppress(ImportError):  # without pySerial there are no URLs; all the rest 
 
 
 def open_url(url: str, baudrate: int = 9600, **settings: Any) -> Serial:
-    """Open a slewline:// URL, as `serial.serial_for_url` does, and return a port with a precise type.
+    """Open a slewline:// URL, as `serial.serial_for_url` does, and return the port, typed as Serial.
 
     Args:
-        url: such as "slewline://gs-c200s?chs=0".
+        url: the URL, such as "slewline://gs-c200s?chs=0".
         baudrate: the baud rate of the line.
-        settings: pySerial settings, such as `bytesize=7`; with `allow_code=True`, the URL may name module:Class.
+        settings: pySerial settings, such as `bytesize=7`; with `allow_code=True`, the URL may name
+            module:Class.
 
     Raises:
         UsageError: there is no such part, strap or option, or this is not a slewline:// URL.
@@ -50,15 +51,15 @@ def running(part: str | type[Chip], on: str | None = None, seed: int = 0, **sett
     The pytest fixtures return the same kind of object.
 
     Args:
-        part: such as "gs-c200s", the name of an entry point, or a class.
-        on: the interface for a program: "url", "tcp", "pty", "rfc2217"; or "host": a host computer on its
-            bus.  By default the URL or, for a part without a serial line, the host.
+        part: the name of a part, such as "gs-c200s", or of an entry point; or a class.
+        on: the interface for a program: "url", "tcp", "pty" or "rfc2217"; or "host", a host computer on the
+            module's bus.  The default is "url" or, for a part without a serial line, "host".
         seed: the seed for everything that is random, such as a garbled character.
         settings: straps, rate, store, and options of the part.
 
     Raises:
-        UsageError: another interface, or a setting that is not allowed.
-        UnknownName: no such part.
+        UsageError: there is no such interface, or a setting is not allowed.
+        UnknownName: there is no such part.
     """
     from . import endpoints
 

@@ -5,16 +5,16 @@
         x = bench.add("cy525")
         ...
         await bench.until(x.reaches(40))
-        await asyncio.sleep(0.5)                                # virtual time, as for timeouts
+        await asyncio.sleep(0.5)                                # in virtual time, like all timeouts
 
     slewline.testing.aio.run(main())
     asyncio.Runner(loop_factory=VirtualLoop)                    the same, by hand
     anyio.run(main, backend_options={"loop_factory": VirtualLoop})
 
 When all tasks wait, time passes on every bench of the loop, up to the next event that concerns one of
-them: a timer, a character, a condition.  So the run depends on the program alone.  A bench joins the
-loop at its first `await`, as does the module of an open port; its time then passes with that of the
-loop.
+the tasks: a timer, a character, a condition.  So the run depends on the program alone.  A bench joins
+the loop when one of its methods is first awaited, and the bench of a port's module when the port is
+opened; from then on, the bench's time passes with that of the loop.
 
 While work is done in threads (`asyncio.to_thread`), time stops.  Real sockets and pipes are served in
 every iteration of the loop, which waits for them only when nothing is due in virtual time.
@@ -51,7 +51,7 @@ def run(main: Coroutine[Any, Any, Result]) -> Result:
     """Run a coroutine in its own loop in virtual time, as `asyncio.run` does in real time.
 
     Raises:
-        UsageError: the argument is a function rather than a call to it.
+        UsageError: the argument is a function rather than the coroutine that a call of the function returns.
         Timeout: deadlock: every task waits, and no event is pending.
     """
     if callable(main):
@@ -65,16 +65,16 @@ class TimeDriver(Protocol):
     """An object that lets time pass for a port in an asyncio loop."""
 
     def join(self, user: object) -> None:
-        """Add a user; time passes as long as there is one."""
+        """Add a user of the port; time passes as long as there is at least one user."""
 
     def leave(self, user: object) -> None:
-        """Remove a user; without users, time stops."""
+        """Remove a user of the port; when there are no more users, time stops."""
 
     def wait(self, wait: Wait) -> None:
-        """Add a wait."""
+        """Add a wait, which ends when its condition is met or its time is up."""
 
     def answer(self, quiet: Callable[[], bool]) -> None:
-        """Make sure that the written bytes are answered."""
+        """Ensure that time passes until the written bytes have been answered, which is when `quiet` returns True."""
 
 
 def time_of(loop: asyncio.AbstractEventLoop, rig: Rig) -> TimeDriver:
@@ -84,7 +84,7 @@ def time_of(loop: asyncio.AbstractEventLoop, rig: Rig) -> TimeDriver:
 
 # ----------------------------------------------------------------------------------------------- a loop in virtual time
 class JoinedBench(Pace):
-    """A bench in a loop; `ahead_ps` is the lead of the loop's clock over the bench's."""
+    """A bench that has joined a loop; `ahead_ps` is the time by which the loop's clock is ahead of the bench's."""
 
     def __init__(self, bench: Bench | Runner, loop: VirtualLoop) -> None:
         super().__init__(bench)
@@ -93,31 +93,31 @@ class JoinedBench(Pace):
         self.meet()
 
     def meet(self) -> None:
-        """Let the time of the bench continue from the loop's current instant."""
+        """Set `ahead_ps` so that the current instants of the bench and of the loop are the same."""
         self.ahead_ps = self.loop.now_ps - self.kernel.now
 
     def join(self, user: object) -> None:
-        """Add a user: while there is one, the bench's time passes with that of the loop."""
+        """Add a user: while there is at least one, the bench's time passes with that of the loop."""
         if not self.users:
             self.meet()
         self.users.append(user)
 
     def leave(self, user: object) -> None:
-        """Remove a user; without any other user, the bench's time stops."""
+        """Remove a user; when there are no more users, the bench's time stops."""
         self.users.remove(user)
         if not self.users:
             del self.loop.paces[self.kernel]
 
     def answer(self, quiet: Callable[[], bool]) -> None:
-        """Do nothing: time passes as soon as all tasks wait."""
+        """Do nothing: time passes anyway as soon as all tasks wait."""
 
     @property
     def now_ps(self) -> int:
-        """The current instant of the bench, in the time of the loop (ps)."""
+        """The current instant of the bench on the loop's clock (ps)."""
         return self.kernel.now + self.ahead_ps
 
     def due(self) -> int | None:
-        """Notify tasks whose wait is over; return the instant of the next possible event (ps of the loop)."""
+        """Notify tasks whose wait is over; return the next possible event's instant (ps of the loop), or None."""
         self.kernel.settle()
         self._answer()
         times = [self.kernel.next_time()]
@@ -175,7 +175,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         return self.now_ps / PS_PER_S
 
     def joined(self, bench: Bench | Runner) -> JoinedBench:
-        """Return the object that joins a bench to this loop."""
+        """Return the JoinedBench of a bench; at the first call, the bench joins this loop."""
         if bench.kernel not in self.paces:
             bench.run(0)
             self.paces[bench.kernel] = JoinedBench(bench, self)
@@ -221,7 +221,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
                 return True
 
     def stuck(self) -> str:
-        """Return text that lists what all chips, parts and hosts are waiting for."""
+        """Return the message about a deadlock, with the reason for which each chip, part and host is waiting."""
         waiting = [
             f"\n  {owner.waiting}" for pace in self.paces.values() if pace.users for owner in pace.bench.chips.values()
         ]
@@ -255,7 +255,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         self.elsewhere -= 1
 
     async def shutdown_default_executor(self, *arguments: Any) -> None:
-        """Wait for the threads of the loop; time stops."""
+        """Wait for the threads of the loop to end; time stops until then."""
         self.elsewhere += 1
         try:
             await super().shutdown_default_executor(*arguments)
@@ -265,10 +265,10 @@ class VirtualLoop(asyncio.SelectorEventLoop):
 
 # ------------------------------------------------------------------------------------------------ a loop in real time
 class PacedRig:
-    """A rig in an asyncio loop that follows the wall clock: time passes in the iterations of the loop.
+    """A rig in an asyncio loop in real time: virtual time passes in the iterations of the loop.
 
-    Without a rate, time passes until the written bytes are answered; with a rate, time keeps up with the wall
-    clock.
+    Without a rate, virtual time passes until the written bytes are answered; with a rate, it keeps up with
+    the wall clock.
     """
 
     def __init__(self, loop: asyncio.AbstractEventLoop, rig: Rig) -> None:
@@ -277,24 +277,24 @@ class PacedRig:
         self.used = 0
 
     def join(self, user: object) -> None:
-        """Add a user; time passes as long as there is one."""
+        """Add a user of the port; time passes as long as there is at least one user."""
         self.used += 1
         self._soon()
 
     def leave(self, user: object) -> None:
-        """Remove a user; without users, time stops."""
+        """Remove a user of the port; when there are no more users, time stops."""
         self.used -= 1
         if not self.used and self.handle is not None:
             self.handle.cancel()
             self.handle = None
 
     def wait(self, wait: Wait) -> None:
-        """Add a wait."""
+        """Add a wait, which ends when its condition is met or its time is up."""
         self.rig.pace.wait(wait)
         self._soon()
 
     def answer(self, quiet: Callable[[], bool]) -> None:
-        """Let time pass until the line is quiet."""
+        """Let time pass until `quiet` returns True, for at most ANSWER_TIMEOUT_PS."""
         self.wait(Wait(quiet, self.rig.bench.now_ps + ANSWER_TIMEOUT_PS, lambda _quiet: None))
 
     def _soon(self) -> None:

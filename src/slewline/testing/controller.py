@@ -110,10 +110,10 @@ class Controller(Closing):
         self.rig.wait(never, picoseconds(time))
 
     def until(self, condition: Condition | Callable[[], bool] | str, timeout: Time = "60 s") -> None:
-        """Let virtual time pass until a condition is met: pin("mov").is_(0), or "mov=0" for short, or any function.
+        """Let virtual time pass until a condition is met: pin("mov").is_(0), "mov=0" for short, or any function.
 
         Raises:
-            Timeout: the condition is not met in time.
+            Timeout: the condition is not met within `timeout`.
         """
         if isinstance(condition, str):
             condition = self._level(condition)
@@ -145,14 +145,14 @@ class Controller(Closing):
     def ask(self, command: str, timeout: Time = "5 s") -> Any:
         r"""Send a command as a host would, and return the answer.
 
-        An answer on a serial line is returned without its checksum and carriage return.  The program may use the
-        line at the same time.  The listing that Q returns consists of lines separated by "\r".  For a host on a
-        bus, the result is that of its own `ask`.
+        An answer on a serial line is returned without its checksum and carriage return.  The program may have
+        the line open meanwhile.  The listing that the command Q returns consists of lines separated by "\r".
+        For a module with a host on its bus, this returns the result of the host's own `ask`.
 
         Raises:
             ChecksumError: the answer has a wrong checksum.
-            Timeout: there is no answer.
-            UsageError: a module without a serial line is on a port, where only the program can command it.
+            Timeout: there is no complete answer within `timeout`.
+            UsageError: the module has no serial line and is on a port, where only the program can command it.
         """
         rig, answer = self.rig, bytearray()
         if not hasattr(rig, "line"):
@@ -194,7 +194,7 @@ class Controller(Closing):
         """Assert that the answer to a command is the expected one.
 
         Raises:
-            AssertionError: the answer is different, or missing.
+            AssertionError: the answer is not `expected`.
         """
         __tracebackhide__ = True
         answer = self.ask(command)
@@ -208,12 +208,12 @@ class Controller(Closing):
         since: Time = 0,
         axis: int = 1,
     ) -> None:
-        """Compare the steps since an instant with those expected: their number, their times, or all of them.
+        """Assert that the steps since an instant are as expected: in number, in time, or in time and direction.
 
         Args:
             expected: a number; times, measured from `since`; or the steps of another run.
-            direction: the direction of all steps, +1 or -1.
-            since: the instant; by default 0.
+            direction: the expected direction of all steps, +1 or -1; None for either.
+            since: the instant from which on steps are compared; by default 0.
             axis: the number of the axis, from 1, for a part that has several.
         """
         __tracebackhide__ = True
@@ -244,9 +244,9 @@ class Controller(Closing):
             raise AssertionError(text)
 
     def assert_edges(self, pin: str, expected: Sequence[tuple[Time, int]], since: Time = 0) -> None:
-        """Compare the changes of a pin since an instant with those expected.
+        """Assert that the changes of a pin since an instant are the expected ones.
 
-        Each expected change is a pair: the time from `since`, and the new level.
+        Each expected change is a pair: its time, measured from `since`, and the new level.
         """
         __tracebackhide__ = True
         origin = moment(since)
@@ -270,7 +270,7 @@ class Controller(Closing):
 
     # --------------------------------------------------------------------------------------------------------- report
     def report(self) -> str:
-        """Return a report for a failed test: the state of the module, its faults and findings, and the dialogue."""
+        """Return a report for a failed test: the module's state, faults and findings, and the last dialogue."""
         try:
             return self.rig.do(lambda: "\n".join(self._lines()))
         except (

@@ -1,6 +1,6 @@
 """The differences between recorded and expected events, as text: "step 412 is 2 ticks late".
 
-Both are sequences of pairs: an instant in picoseconds, and the event (a direction or a level).
+Recorded and expected events are sequences of pairs: an instant (ps), and a direction or a level.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ def difference(
     """Return text with the first difference and the number of further differences; "" if there is none.
 
     Args:
-        noun: "step" or "edge".
-        words: the names of the events: {1: "cw", -1: "ccw"}.
-        hz: the frequency of a clock; times are given in its ticks if they are a whole number of ticks.
+        noun: the word for an event, "step" or "edge".
+        words: the names of the event values: {1: "cw", -1: "ccw"}.
+        hz: the frequency of a clock; a time difference is given in its ticks if these are whole.
     """
     wrong = [n for n, (one, other) in enumerate(zip(found, expected, strict=False)) if one != other]
     if not wrong:
@@ -38,7 +38,7 @@ def difference(
 
 
 def _rest(found: Sequence[Event], expected: Sequence[Event], noun: str, words: Mapping[int, str]) -> str:
-    """Return text about the events of the longer sequence after the end of the shorter one."""
+    """Return text about the events by which one sequence is longer than the other; "" if both are equally long."""
     missing = expected[len(found) :]
     extra = found[len(expected) :]
     if not missing and not extra:
@@ -61,7 +61,7 @@ def _event(event: Event, words: Mapping[int, str]) -> str:
 
 
 def amount(ps: int, hz: int) -> str:
-    """Return a length of time as text: in clock ticks if it is a whole number of ticks, else in a unit of time."""
+    """Return a length of time as text: in ticks of a clock of `hz` if they are whole, else in a unit of time."""
     ticks = round(Fraction(ps * hz, PS_PER_S))
     if hz < PS_PER_S and ticks and abs(ps - Fraction(ticks * PS_PER_S, hz)) < 1:  # both instants are rounded down
         return counted(ticks, "tick")

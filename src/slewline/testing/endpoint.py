@@ -1,6 +1,6 @@
-"""The program's end of a line: the received characters, and the wait for more.
+"""The program's end of a serial line, which holds the received characters and waits for more.
 
-Each serial port library has its own class around it (protocol_slewline, for_serialx).
+Each serial port library has a class that wraps this end (in protocol_slewline and for_serialx).
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ def word_of(where: str, baud: int, bits: int, parity: str, stop: float, xonxoff:
     """Return the character format that a port's settings define.
 
     Raises:
-        UsageError: a setting that no line of slewline supports.
+        UsageError: there is a setting that no line of slewline supports.
     """
     if xonxoff:
         raise UsageError(
@@ -35,10 +35,10 @@ def word_of(where: str, baud: int, bits: int, parity: str, stop: float, xonxoff:
 
 
 class SerialEndpoint:
-    """A program's end of the line of a rig.
+    """The program's end of a rig's serial line.
 
     Args:
-        where: the program's name for the port.
+        where: the program's name for the port, for messages.
         program: the name of the program in the transcript.
         gone: the exception class with which the serial port library reports that a port has gone.
     """
@@ -55,7 +55,7 @@ class SerialEndpoint:
         rig.program = self
 
     def lose(self, why: str) -> None:
-        """Record that the port has gone: every call of the program fails, except closing it."""
+        """Record that the port has gone: from now on, every call by the program fails, except closing the port."""
         self.lost, self.connected, self.rig.program = why, False, None
         self.rig.line.detach(why)
         if self.notify is not None:
@@ -71,7 +71,7 @@ class SerialEndpoint:
             raise self.error()
 
     def hang_up(self) -> None:
-        """Release the line; the state of the module is unchanged, and its time stops."""
+        """Release the line; the state of the module is unchanged, and the module's time stops."""
         self.rig.do(self._hang_up)
         if self.rig not in NAMED.values():
             self.rig.close()
@@ -84,7 +84,7 @@ class SerialEndpoint:
         self.connected = False
 
     def change_line(self, baud: int, word: CharacterFormat) -> None:
-        """Use another baud rate or character format, starting with the next character."""
+        """Use the given baud rate and character format, starting with the next character."""
         host = self.rig.host
         if (baud, word) != (host.baud, host.word) or host.uart.fixed_baud is None:
             self.rig.do(lambda: host.change_line(baud, word.bits, word.parity, word.stop))
@@ -104,7 +104,7 @@ class SerialEndpoint:
             least: the number of characters after which the read does not wait for more; by default `size`.
 
         Raises:
-            Timeout: there is neither a timeout nor a rate, and nothing can arrive.
+            Timeout: `timeout` and `gap` are None, the URL states no rate, and no more characters can arrive.
         """
         least = size if least is None else min(least, size)
         if len(self.buffer) < least:
@@ -134,7 +134,7 @@ class SerialEndpoint:
             self._complain(size)
 
     def _check_ends(self) -> None:
-        """Report incomplete commands if no answer has arrived in time and the line is quiet."""
+        """Report incomplete commands if the line is quiet; called when no answer has arrived in time."""
         if self.rig.line.quiet():
             self.rig.bench.conclude()
 
@@ -142,14 +142,14 @@ class SerialEndpoint:
         return len(self.buffer) > than or self.cancelled or not self.connected
 
     def cancel(self) -> None:
-        """Cancel a read that waits in another thread, or else the next read that would wait."""
+        """Cancel a read that waits in another thread or, if there is none, the next read that would wait."""
         self.rig.do(self._cancel)
 
     def _cancel(self) -> None:
         self.cancelled = True
 
     def _complain(self, size: int) -> None:
-        """Raise Timeout after a long wait for `size` characters, unless some may still come."""
+        """Raise Timeout after a long wait for `size` characters, unless more characters may still arrive."""
         if not isinstance(self.rig.pace, WallClockTime) and self.rig.line.quiet():
             why = "; ".join(filter(None, (self.rig.chip.waiting, self.rig.host.uart.far.disagreement)))
             raise Timeout(
@@ -160,7 +160,7 @@ class SerialEndpoint:
 
     # -------------------------------------------------------------------------------------------------------- writing
     def write(self, data: bytes) -> int:
-        """Queue characters; they are sent as fast as the line allows while time passes."""
+        """Queue characters and return their number; they are sent as fast as the line allows while time passes."""
         self.rig.do(lambda: self._send(data))
         return len(data)
 
@@ -183,5 +183,5 @@ class SerialEndpoint:
         self.rig.do(lambda: self.rig.host.space(on))
 
     def sleep(self, duration: float) -> None:
-        """Let virtual time pass (s)."""
+        """Let `duration` seconds of virtual time pass."""
         self.rig.wait(never, seconds(duration))

@@ -35,7 +35,7 @@ SERVER_TIMEOUT_S = 60.0  # of the wall clock: a server without an answer for thi
 
 
 class UrlEndpoint(Rig):
-    """A module that programs in this process find by its URL."""
+    """A module that programs in this process reach through its URL."""
 
     def __init__(self, part: str | type[Chip], **settings: Any) -> None:
         super().__init__(part, **settings)
@@ -44,7 +44,7 @@ class UrlEndpoint(Rig):
         NAMED[self.key] = self
 
     def close(self) -> None:
-        """Shut down the module; a program that has it open gets the error for a port that has gone."""
+        """Shut down the module; a program that has its port open gets the error for a port that has gone."""
         if self.key not in ENDED:
             ENDED.add(self.key)
             NAMED.pop(self.key, None)
@@ -85,7 +85,8 @@ class PortEndpoint(Rig):
 
     Args:
         on: "tcp", "pty" or "rfc2217".
-        framing: for a chip on a bus, lines of text with read-back; without it, characters to a UART next to the chip.
+        framing: for a chip on a bus: True if the program exchanges lines of text with read-back with it,
+            False if the program exchanges characters with a UART next to the chip.
     """
 
     def __init__(self, part: str | type[Chip], on: str, framing: bool = False, **settings: Any) -> None:
@@ -148,7 +149,7 @@ class PortEndpoint(Rig):
     def wait(
         self, met: Callable[[], bool], ps: int, when: Callable[[], int | None] | None = None, nets: Iterable[Net] = ()
     ) -> bool:
-        """Let time pass until a condition is met, for at most `ps`; return whether it was met.
+        """Let time pass until a condition is met, for at most `ps` of virtual time; return whether it was met.
 
         Raises:
             SlewlineError: the server has ended.
@@ -167,7 +168,7 @@ class PortEndpoint(Rig):
         return found[0]
 
     def close(self) -> None:
-        """Stop the server."""
+        """Stop the server and shut down the module; a second call does nothing."""
         if not self.ended:
             self.ended = True
             self.server.stop()

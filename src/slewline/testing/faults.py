@@ -4,8 +4,8 @@
     gs_c200s.faults.power_cut(at="1.5 s", lasting="20 ms")   at an instant, for a time
     gs_c200s.faults.garbled_byte(to="host")                  starting now; here, only the next character
 
-Every effect of a fault is a finding of the part "faults", so that the report of a failed test lists it.  A fault drives
-pins externally, as a test does; the last to drive a pin wins.
+Every effect of a fault is a finding of the part "faults", so that the report of a failed test lists it.
+A fault drives a pin from outside, as a test does; the level last driven on the pin applies.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ FAULTS = {"parity": "its parity is wrong", "framing": "its stop bit is wrong", "
 
 
 class Fault:
-    """A fault that begins now or at an instant, and ends on a call of `end`, or after a time.
+    """A fault that begins immediately or at a given instant, and ends on a call of `end` or after a given time.
 
     As a context manager, it ends when the `with` block ends.
     """
@@ -49,7 +49,7 @@ class Fault:
             self.owner.report(f"{self.name}: {self._begin()}")
 
     def end(self) -> None:
-        """End the fault; if it has not begun, it never will."""
+        """End the fault; a fault that has not begun will never begin."""
         self.over = True
         if self.active:
             self.active = False
@@ -76,7 +76,7 @@ class Faults(Part):
         do: a function that calls a given function while no time passes; needed because a server has its own
             thread.
         seed: the seed for all random choices.
-        unplug: a function that removes the port for programs, with a reason.
+        unplug: a function that takes the port away from programs; its argument is the reason.
         plug: a function that makes the port available again.
     """
 
@@ -102,7 +102,7 @@ class Faults(Part):
             line.to_chip, line.to_host = self.noises["module"], self.noises["host"]
 
     def report(self, what: str) -> None:
-        """Record an effect of a fault."""
+        """Record an effect of a fault as a finding."""
         self.finding("fault", f"{what} (seed {self.seed})")
 
     def _scheduled(
@@ -127,7 +127,7 @@ class Faults(Part):
 
     # ------------------------------------------------------------------------------------------------------- the port
     def unplugged(self, at: Time | None = None, lasting: Time | None = None) -> Fault:
-        """Remove the port, as when an adapter is unplugged: a program that has it open, or opens it, gets errors.
+        """Remove the port, as when an adapter is unplugged: a program that has or opens the port gets errors.
 
         When the port is back, the program must open it again.  The module stays powered throughout.
 
@@ -147,29 +147,29 @@ class Faults(Part):
     def lost_byte(
         self, to: str = "module", count: int = 1, at: Time | None = None, lasting: Time | None = None
     ) -> Fault:
-        """Drop the next characters to the module or to the host."""
+        """Drop the next `count` characters to the module or, with to="host", to the host."""
         return self._noisy("lost byte", "lost", to, count, at, lasting)
 
     def garbled_byte(
         self, to: str = "module", count: int = 1, at: Time | None = None, lasting: Time | None = None
     ) -> Fault:
-        """Invert a data bit of the next characters, and their parity bit to match: only a checksum detects the error.
+        """Invert a data bit and the parity bit of the next `count` characters: only a checksum shows the error.
 
-        The bit is never bit 4 (0x10), which the checksum does not cover.  With several characters, the errors may
-        cancel out; and a changed carriage return does not end a line.
+        The data bit is never bit 4 (0x10), which the checksum does not cover.  With several characters, the
+        errors may cancel out in the checksum; and a changed carriage return does not end a line.
         """
         return self._noisy("garbled byte", "garbled", to, count, at, lasting)
 
     def late_byte(
         self, to: str = "module", count: int = 1, at: Time | None = None, lasting: Time | None = None
     ) -> Fault:
-        """Delay each of the next characters by 100 ms; later characters wait for them."""
+        """Delay each of the next `count` characters by 100 ms; all characters after a delayed one wait for it."""
         return self._noisy("late byte", "late", to, count, at, lasting)
 
     def wrong_parity(
         self, to: str = "module", count: int = 1, at: Time | None = None, lasting: Time | None = None
     ) -> Fault:
-        """Invert the parity bit of the next characters."""
+        """Invert the parity bit of each of the next `count` characters."""
         return self._noisy("wrong parity", "parity", to, count, at, lasting)
 
     def _noisy(self, name: str, kind: str, to: str, count: int, at: Time | None, lasting: Time | None) -> Fault:
@@ -203,13 +203,13 @@ class Faults(Part):
         return self._stuck("stuck switch", pin, level, at, lasting)
 
     def enable_held_low(self, at: Time | None = None, lasting: Time | None = None) -> Fault:
-        """Hold ENABLE low: the next step waits until ENABLE is high again."""
+        """Hold ENABLE low (high on parts where high holds): the next step waits until ENABLE changes back."""
         row = self._row("enable")
         level = 1 - (row.sense or 0)
         return self._stuck(f"{row.name.upper()} held {'high' if level else 'low'}", row.name, level, at, lasting)
 
     def _row(self, *roles: str) -> Pin:
-        """Return the chip's pin that has the first of these roles that any pin has."""
+        """Return the pin with the first of the given roles that any pin of the chip has."""
         sheet = self.chip.sheet
         for role in roles:
             if row := sheet.role(role):
@@ -234,14 +234,14 @@ class Faults(Part):
         at: Time | None = None,
         lasting: Time | None = None,
     ) -> Fault:
-        """Close a contact, reopen it several times at instants that follow from the seed, and leave it closed.
+        """Close a contact, reopen it several times at random instants determined by the seed, and leave it closed.
 
         Args:
             pin: the pin, by default the input for an end-of-travel switch.
             level: the level of the closed contact; by default the active level.
             bounces: the number of times that the contact reopens.
-            within: the total time of all bounces.
-            at, lasting: the instant at which the fault begins, by default now, and its duration, by default forever.
+            within: the time within which all bounces happen.
+            at, lasting: the instant at which the fault begins, by default now; its duration, by default forever.
         """
         row = self._row("end", "end_plus") if pin is None else self.chip.pin(pin).row
         closed = (row.sense or 0) if level is None else level
@@ -258,7 +258,7 @@ class Faults(Part):
         return self._scheduled("bouncing limit", begin, terminal.release, at, lasting)
 
     def eeprom_fault(self, at: Time | None = None, lasting: Time | None = None) -> Fault:
-        """Make EEPROM programming fail: the answer to M is E6, and so is the answer to X until a write succeeds."""
+        """Make EEPROM programming fail: the answer to the command M is E6, and to X too until a write succeeds."""
         fail = getattr(self.chip, "fail_eeprom", None)
         if fail is None:
             raise UsageError(f"EEPROM fault: {self.chip.name}, a {self.chip.sheet.part}, has no EEPROM")
@@ -270,7 +270,7 @@ class Faults(Part):
         return self._scheduled("EEPROM fault", begin, lambda: fail(False), at, lasting)
 
     def power_cut(self, at: Time | None = None, lasting: Time | None = None) -> Fault:
-        """Cut the supply of the module."""
+        """Switch off the supply of the module until the fault ends."""
 
         def begin() -> str:
             self.chip.power(False)
@@ -300,7 +300,7 @@ class ReportedNoise(Noise):
         self.receiver, self.report = receiver, report
 
     def hit(self, byte: int) -> tuple[int | None, str]:
-        """Return the byte (changed, or None if it is lost) and its fault; report any effect on the byte."""
+        """Return the byte received (None: none) and the fault of its frame ("": none); report any effect."""
         passed, fault = super().hit(byte)
         if passed is None:
             self.report(f"{byte:#04x} to the {self.receiver} is lost")

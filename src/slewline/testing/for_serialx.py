@@ -135,7 +135,7 @@ class Serial(HasRig, BaseSerial):
         return ModemPins(cts=rts, dsr=dtr, car=dtr, rng=PinState.LOW)
 
     def _set_modem_pins(self, modem_pins: ModemPins) -> None:
-        """Set RTS and DTR, which lead only to inputs of this port, not to the module."""
+        """Do nothing: RTS and DTR lead only to inputs of this port, not to the module."""
 
 
 class Transport(BaseSerialTransport):
@@ -243,7 +243,7 @@ class Transport(BaseSerialTransport):
 
     # ---------------------------------------------------------------------------------------------------------- close
     def close(self) -> None:
-        """Send all written characters, and then close the line."""
+        """Close the line once all written characters have been sent."""
         self._end_with(drain=True)
 
     def abort(self) -> None:

@@ -1,13 +1,13 @@
-r"""A PyVISA backend: sessions with modules in the process of the program that opens them.
+r"""A PyVISA backend: sessions with modules that run in the process of the program that opens them.
 
     rm = pyvisa.ResourceManager("@slewline")                   # PyVISA finds the package pyvisa_slewline by this name
     rm.list_resources()                                        # ASRLslewline://cy545::INSTR, ...
     rm.open_resource("ASRLslewline://gs-c200s?chs=0::INSTR", read_termination="\r", write_termination="\r")
 
-This is PyVISA-py with one additional kind of session.  A timeout is virtual time, as on the port of a URL: it applies
-to a whole read, however many characters arrive; its error includes findings of the module, such as a missing line end.
-Other resources are the same as in PyVISA-py, so the resource of a port that `slewline serve` has opened also works:
-TCPIP::127.0.0.1::4001::SOCKET.
+This is PyVISA-py with one additional kind of session.  Its timeout is in virtual time, like that of a port opened by a
+URL: it applies to a whole read, however many characters arrive; the timeout error includes findings of the module, such
+as a missing line end.  All other resources are those of PyVISA-py, so the resource of a port that `slewline serve` has
+opened also works: TCPIP::127.0.0.1::4001::SOCKET.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class ModuleSession(SerialSession):
     part = b""  # the incomplete result of a read
 
     def after_parsing(self) -> None:
-        """Open the port under its own name: on Windows, PyVISA-py would put COM before every name, even a URL."""
+        """Open the port by its URL as written: on Windows, PyVISA-py would put COM before every name, even a URL."""
         if "://" not in self.parsed.board:
             super().after_parsing()
             return
@@ -73,11 +73,11 @@ class ModuleSession(SerialSession):
 
     @property
     def rig(self) -> Rig | None:
-        """The rig of the module at the other end; None if this is a real port."""
+        """The rig of the module at the other end; None if the port is a real one."""
         return getattr(self.interface, "rig", None)
 
     def why(self) -> str:
-        """Return the reason why no answer has arrived, from the findings of the module; empty for a real port."""
+        """Return why no complete answer has arrived, from the module's findings; empty for a real port."""
         if self.rig is None:
             return ""
         new = {found.code: found.text for found in self.rig.bench.findings[self.known :]}
@@ -88,7 +88,7 @@ class ModuleSession(SerialSession):
         return "; ".join(filter(None, (self.rig.chip.waiting, self.rig.host.uart.far.disagreement)))
 
     def unended(self) -> str:
-        """Return a text: the characters that an incomplete read has received, and any terminator that is missing."""
+        """Return a text: the characters that an incomplete read received, and any terminator that is missing."""
         if self.get_attribute(ResourceAttribute.asrl_end_in)[0] != SerialTermination.termination_char:
             return f"received {self.part!r}, and nothing more"
         end = bytes([self.get_attribute(ResourceAttribute.termchar)[0]])
@@ -116,7 +116,7 @@ class ModuleSession(SerialSession):
 
 
 class SlewlineVisaLibrary(PyVisaLibrary):
-    """PyVISA-py with slewline modules."""
+    """PyVISA-py, extended by sessions with slewline modules."""
 
     @staticmethod
     def get_library_paths() -> tuple[LibraryPath, ...]:
@@ -124,13 +124,13 @@ class SlewlineVisaLibrary(PyVisaLibrary):
         return (LibraryPath(SCHEME),)
 
     def list_resources(self, session: VISARMSession, query: str = "?*::INSTR") -> tuple[str, ...]:
-        """Return the modules that can be opened: existing modules that have a name, and a new module of each part."""
+        """Return the resources that match `query`: existing named modules, and a new one of each serial part."""
         urls = [rig.url for rig in NAMED.values()]
         urls += [f"{SCHEME}://{part}" for part in CATALOGUE.ours if serial_line(sheet_of(part)) is not None]
         return tuple(rname.filter([f"ASRL{url}::INSTR" for url in urls], query))
 
     def handle_return_value(self, session: Any, status_code: int) -> StatusCode:
-        """Return the status, or raise the error for it; a timeout error includes the findings of the module."""
+        """Return the status, or raise the error that it stands for; a timeout error includes the module's findings."""
         one = self.sessions.get(session) if status_code == StatusCode.error_timeout else None
         try:
             return super().handle_return_value(session, status_code)  # type: ignore[no-any-return]

@@ -53,10 +53,10 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def _maker(request: pytest.FixtureRequest) -> Iterator[Make]:
-    """Return a function that creates running modules, which end with the fixture's scope (test, class ...).
+    """Yield a function that creates running modules, which are closed at the end of the fixture's scope.
 
-    The arguments of that function, such as `("gs-c200s", on="tcp", straps={"chs": 0})`, override those of
-    the marker `slewline`; a marker on a test overrides those on its class and its test module.
+    The scope is a test, a class ...  The function's arguments, such as `("gs-c200s", on="tcp", straps={"chs": 0})`,
+    override those of the marker `slewline`; a marker on a test overrides those on its class and its test module.
     """
     from .endpoints import running
 
@@ -94,11 +94,12 @@ slewline_for_session = pytest.fixture(scope="session", name="slewline_for_sessio
 
 @pytest.fixture
 def slewline_ports(slewline_module: Make) -> Iterator[Callable[..., Ports]]:
-    """Return a function that assigns modules to port names for a test: {"/dev/ttyUSB0": "gs-c200s"}.
+    """Yield a function that assigns modules to port names for one test: {"/dev/ttyUSB0": "gs-c200s"}.
 
-    A program that opens such a name with pySerial or serialx finds the module; the other arguments are those of
-    `slewline_module`.  A value may also be a module that `slewline_module` has created.  `usb` is the entry of an
-    adapter in the port list: {"/dev/ttyUSB0": {"vid": 0x0403, "pid": 0x6001, "serial_number": "A50285BI"}}.
+    A program that opens such a name with pySerial or serialx finds the module.  A value may also be a module that
+    `slewline_module` has created.  `usb` contains the adapters' entries in the port list:
+    {"/dev/ttyUSB0": {"vid": 0x0403, "pid": 0x6001, "serial_number": "A50285BI"}}; all other arguments are passed to
+    `slewline_module`.
     """
     from .ports import check_modules, named_ports
 
@@ -145,7 +146,7 @@ mc1451a_e = _module("mc1451a-e")
 
 
 def hidden(excinfo: pytest.ExceptionInfo[BaseException]) -> bool:
-    """Return whether to hide slewline's part of a traceback: a user error is explained by its message."""
+    """Return whether to hide slewline's frames in a traceback: true for a user error, explained by its message."""
     errors = sys.modules.get("slewline.errors")
     return errors is not None and excinfo.errisinstance(errors.SlewlineError)
 
@@ -154,7 +155,7 @@ def hidden(excinfo: pytest.ExceptionInfo[BaseException]) -> bool:
 def pytest_runtest_makereport(
     item: pytest.Item, call: pytest.CallInfo[None]
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Add the modules to a failed test's report, and hide slewline's internals in the traceback of user errors."""
+    """Add the modules to the report of a failed test; hide slewline's frames in tracebacks of user errors."""
     if call.excinfo is not None:
         for entry in call.excinfo.traceback:
             if OURS in Path(entry.path).parents:

@@ -6,9 +6,9 @@
     with named_ports({"COM3": module}, usb={"COM3": {"vid": 0x0403, "pid": 0x6001, "serial_number": "A50285BI"}}):
         main()                               # searches the port list for its adapter
 
-The names are assigned temporarily.  The classes of pySerial and serialx remain the ones that the program
-has imported; their objects behave like those for slewline:// URLs if their port name is one of these.
-All other ports are unchanged.
+The names are assigned for the duration of the block.  The program may have imported the classes of pySerial and
+serialx earlier, since these are not replaced; their objects behave like those for slewline:// URLs if their port
+name is one of the assigned names.  All other ports are unchanged.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class Ports(dict[str, "Controller"]):
         raise UnknownName(f"no port {name!r}; there are: {', '.join(self) or 'none'}{hint(name, self)}")
 
     def advance(self, time: Time) -> None:
-        """Let virtual time pass for all modules."""
+        """Let the same virtual time pass for each of the modules."""
         for module in set(self.values()):
             module.advance(time)
 
@@ -55,7 +55,7 @@ class Ports(dict[str, "Controller"]):
 
 
 def plain(name: object) -> str:
-    r"""Return a port name in a form for comparison: "com3" and "\\\\.\\COM3" are COM3."""
+    r"""Return a port name in the form used for comparisons: "com3" and "\\\\.\\COM3" become "COM3"."""
     upper = str(name).upper().removeprefix("\\\\.\\")
     return upper if re.fullmatch(r"COM\d+", upper) else str(name)
 
@@ -72,10 +72,10 @@ def check_modules(modules: Mapping[str, Controller]) -> None:
 
 
 def check_adapters(modules: Mapping[str, Controller], usb: Mapping[str, Usb]) -> None:
-    """Check the adapter entries for the port list.
+    """Check the adapters' entries for the port list.
 
     Raises:
-        UsageError: there is an entry for an unknown port, or a key that the list does not have.
+        UsageError: an entry is for an unknown port, has an unknown key, or has a value that is not allowed.
     """
     for name, adapter in usb.items():
         if name not in modules:
@@ -89,10 +89,10 @@ def check_adapters(modules: Mapping[str, Controller], usb: Mapping[str, Usb]) ->
 
 
 def check_class(library: str, cls: object, base: type) -> None:
-    """Check that programs still find the class of a library under its name.
+    """Check that the library's name for its serial port class still refers to that class.
 
     Raises:
-        UsageError: another object has replaced it, such as a mock or a guard of a test suite.
+        UsageError: another object, such as a mock or a guard of a test suite, has replaced the class.
     """
     if not (isinstance(cls, type) and issubclass(cls, base)):
         raise UsageError(
@@ -107,8 +107,8 @@ def named_ports(modules: Mapping[str, Controller], usb: Mapping[str, Usb] | None
 
     Args:
         modules: the modules, keyed by port name; they are in this process (`on="url"`).
-        usb: keyed by port name, the entry of the adapter in the port list: vid, pid, serial_number, manufacturer,
-            product, location, interface.
+        usb: the adapters' entries in the port list, keyed by port name; an entry may contain vid, pid, serial_number,
+            manufacturer, product, location and interface.
 
     Raises:
         UsageError: a module has no serial line, or is already on a port of this machine; `usb` has an unknown port or
@@ -204,7 +204,7 @@ def _serialx(stack: ExitStack, serialx: Any, known: Mapping[str, Controller], us
 def _lend(
     stack: ExitStack, cls: type, own: Mapping[str, Any], mine: Callable[[Any], bool], found: Callable[[Any], Rig]
 ) -> None:
-    """Give the objects for which `mine` is true the methods `own` until the stack ends, and then close them."""
+    """Give the objects of `cls` for which `mine` is true the methods `own`; close them when the stack ends."""
     opened: WeakSet[Any] = WeakSet()
 
     def noted(port: Any) -> Rig:
@@ -233,7 +233,7 @@ def _close(ports: WeakSet[Any]) -> None:
 
 
 def _missing(cls: type, name: str) -> Callable[..., Any]:
-    """Return a method that raises AttributeError, for other ports of a class that lacks the method."""
+    """Return a method that raises AttributeError, for a real port of a class that lacks the method `name`."""
 
     def method(self: Any, *arguments: Any, **more: Any) -> NoReturn:
         raise AttributeError(f"{cls.__name__!r} object has no attribute {name!r}")
@@ -256,7 +256,7 @@ def _either_property(ours: property, theirs: Any, mine: Callable[[Any], bool]) -
 
 
 def _put(stack: ExitStack, where: Any, name: str, value: Any) -> None:
-    """Set an attribute, and restore it when the stack is closed."""
+    """Set an attribute of `where`, and restore its previous state when the stack is closed."""
     before = vars(where).get(name, MISSING)
     setattr(where, name, value)
     stack.callback(delattr, where, name) if before is MISSING else stack.callback(setattr, where, name, before)

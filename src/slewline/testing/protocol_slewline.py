@@ -11,14 +11,14 @@
                                                  allows it: serial_for_url(url, allow_code=True).  A chip from an
                                                  installed package is always allowed: slewline://mx10
 
-Virtual time passes while the program waits: a read lets it pass until the characters have arrived or its
-timeout has expired, and returns immediately in real time.  A poll (in_waiting, timeout=0) takes one
+Virtual time passes while the program waits: a read lets it pass until the characters have arrived or the
+read's timeout has expired, and takes hardly any real time.  A poll (in_waiting, timeout=0) takes one
 character time, so that a loop that polls makes progress; to sleep, call `port.sleep`, or set a rate.  A
-read without timeout, for which nothing can arrive, raises slewline.Timeout instead of blocking forever.
+read without a timeout raises slewline.Timeout if nothing can arrive, instead of blocking forever.
 
-A timeout is in virtual time, even if that follows the wall clock: at rate=10, a timeout of 1 s expires
-after 0.1 s.  One thread may read while another writes; characters written meanwhile take effect
-immediately.  A write never waits, so `write_timeout` and `cancel_write` have no effect.
+A timeout is in virtual time, even if virtual time follows the wall clock: at rate=10, a timeout of 1 s
+expires after 0.1 s.  One thread may read while another writes; characters written during a read take
+effect immediately.  A write never waits, so `write_timeout` and `cancel_write` have no effect.
 
 The line has three wires.  As usual with such a cable, the connector bridges RTS to CTS, and DTR to DSR
 and DCD.  A module with its own CTS controls the data flow if rtscts=True.
@@ -46,7 +46,7 @@ WAIT_FOR_FILES = {"serial_asyncio", "serial_asyncio_fast"}  # they would wait fo
 
 
 def waits_for_a_file() -> bool:
-    """Return whether the caller is a library that needs a real file, and would wait forever for this port."""
+    """Return whether the callers include a library that needs a real file and would wait forever for this port."""
     if not WAIT_FOR_FILES & sys.modules.keys():
         return False
     frame = sys._getframe()
@@ -68,7 +68,7 @@ class Serial(HasRig, SerialBase):
 
     # ------------------------------------------------------------------------------------------------- open and close
     def open(self) -> None:
-        """Connect to the module, which is already switched on; a reopened port gets the same module again."""
+        """Connect to the module, which is already switched on; a reopened port gets the same module as before."""
         if self.port is None:
             raise SerialException("a port is opened by its URL, such as slewline://gs-c200s")
         if self.is_open:
@@ -97,7 +97,7 @@ class Serial(HasRig, SerialBase):
             raise SerialException(f"could not open port {error}") from None
 
     def close(self) -> None:
-        """Send the written characters, and close the line.
+        """Send the characters written so far, and close the line.
 
         The state of the module is unchanged, and its time stops.
         """
@@ -133,15 +133,15 @@ class Serial(HasRig, SerialBase):
         return self._end.read(size, self.timeout, self.inter_byte_timeout)
 
     def cancel_read(self) -> None:
-        """Cancel a read that waits in another thread, or otherwise the next read that would wait.
+        """Cancel the read that waits in another thread or, if none does, the next read that would wait.
 
-        That read returns the characters received so far.  Closing the port has the same effect.
+        The cancelled read returns the characters received so far.  Closing the port has the same effect.
         """
         if self.is_open:
             self._end.cancel()
 
     def read_until(self, expected: bytes = b"\n", size: int | None = None) -> bytes:
-        """Return the characters up to and including `expected`; at most `size`, and fewer if the timeout expires."""
+        """Return the characters up to and including `expected`: at most `size`, or fewer if the timeout expires."""
         now = self.rig.present()
         end = None if self.timeout is None else now + seconds(self.timeout)
         line = bytearray()
@@ -158,7 +158,7 @@ class Serial(HasRig, SerialBase):
 
     # -------------------------------------------------------------------------------------------------------- writing
     def write(self, b: Any, /) -> int:
-        """Queue characters; they are sent as fast as the line allows while time passes."""
+        """Queue characters and return their number; as time passes, they are sent as fast as the line allows."""
         self._must_be_open()
         if isinstance(b, str):  # as pySerial has it
             raise TypeError(f"unicode strings are not supported, please encode to bytes: {b!r}")
@@ -169,12 +169,12 @@ class Serial(HasRig, SerialBase):
 
     @property
     def out_waiting(self) -> int:
-        """The number of characters that have not been sent."""
+        """The number of written characters that have not yet been sent."""
         self._must_be_open()
         return self.rig.host.uart.backlog
 
     def flush(self) -> None:
-        """Wait until everything has been sent."""
+        """Wait until all written characters have been sent."""
         self._must_be_open()
         self._end.flush()
 
@@ -193,7 +193,7 @@ class Serial(HasRig, SerialBase):
         self._must_be_open()
 
     def set_input_flow_control(self, enable: bool = True) -> None:
-        """Raise an exception: XON and XOFF are command characters.
+        """Raise an exception: flow control by XON and XOFF is impossible, since commands contain these characters.
 
         Raises:
             UsageError: always, as for xonxoff=True.
@@ -211,12 +211,12 @@ class Serial(HasRig, SerialBase):
         self.break_condition = False
 
     def sleep(self, duration: float) -> None:
-        """Let `duration` seconds of virtual time pass: the counterpart of time.sleep for a real port."""
+        """Let `duration` seconds of virtual time pass, as time.sleep does in real time for a real port."""
         self._must_be_open()
         self._end.sleep(duration)
 
     def clock(self) -> float:
-        """Return the virtual time (s): the counterpart of time.monotonic for a real port."""
+        """Return the virtual time (s), which replaces the time.monotonic of a program with a real port."""
         return self.rig.bench.now_ps / PS_PER_S
 
     def _update_break_state(self) -> None:
@@ -231,25 +231,25 @@ class Serial(HasRig, SerialBase):
 
     @property
     def cts(self) -> bool:
-        """True if CTS is on: the module's CTS if it has one, otherwise the CTS bridged to RTS."""
+        """True if CTS is on: the module's own CTS if it has one, otherwise RTS, to which CTS is bridged."""
         self._must_be_open()
         return self.rts if (clear := self.rig.line.clear) is None else clear
 
     @property
     def dsr(self) -> bool:
-        """True if DSR is on: it is bridged to DTR."""
+        """True if DSR is on, which is bridged to DTR."""
         self._must_be_open()
         return self.dtr
 
     @property
     def cd(self) -> bool:
-        """True if DCD is on: it is bridged to DTR."""
+        """True if DCD is on, which is bridged to DTR."""
         self._must_be_open()
         return self.dtr
 
     @property
     def ri(self) -> bool:
-        """False: RI is always off."""
+        """False, since RI is always off."""
         self._must_be_open()
         return False
 

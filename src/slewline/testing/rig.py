@@ -1,10 +1,9 @@
-"""A module on its own bench, with a serial line for a program: the object behind a URL or a fixture.
+"""A module on its own bench, with a serial line for a program: the object to which a URL or a fixture gives access.
 
     program --- line ---> connector ---> module            the connector is that of a host in virtual time; the line
             <----------- (SerialHost) <---                 carries external bytes in and out, including noise
 
-Virtual time stops while the program does other things, and passes while it waits for characters; with a rate it
-follows the wall clock instead.
+Virtual time passes only while the program waits for characters; if a rate is set, it follows the wall clock instead.
 """
 
 from __future__ import annotations
@@ -62,11 +61,11 @@ class PortUser(Protocol):
     """The program's end of a port that it has open."""
 
     def lose(self, why: str) -> None:
-        """Record that the port has been removed; `why` is the reason."""
+        """Record that the port has been removed, for the reason `why`."""
 
 
 class OnDemandTime(Lockstep):
-    """Pacing in which virtual time passes while the program waits for it, immediately and only as far as needed."""
+    """Pacing in which virtual time passes only while the program waits: as far as needed, without a real delay."""
 
     lockstep = False  # the line does not let time pass itself when bytes have arrived
 
@@ -75,11 +74,11 @@ class WallClockTime(Paced):
     """Pacing in which virtual time follows the wall clock, and catches up whenever the program polls."""
 
     def pass_time(self) -> bool:
-        """Let time pass until virtual time has caught up with the wall clock."""
+        """Let time pass up to the wall clock's instant, for at most one slice; return whether it has been reached."""
         return Pace.pass_time(self)
 
     def present(self) -> None:
-        """Let time pass up to the wall clock's current instant, unless the rate is too high for this machine."""
+        """Let virtual time catch up with the wall clock, or at least partly if the rate is too high here."""
         goal = self.goal()
         for _ in range(SLICES):
             if self.kernel.now >= goal:
@@ -88,7 +87,7 @@ class WallClockTime(Paced):
 
 
 def serial_line(sheet: Sheet) -> channel.Channel | None:
-    """Return the channel that is a part's serial line, or None if it has no serial line."""
+    """Return the channel that is a part's serial line, or None if the part has no serial line."""
     return sheet.channel(channel.SerialLine) or sheet.channel(channel.AdaptiveLine)
 
 
@@ -96,10 +95,10 @@ class Rig:
     """A module with its bench and its line.
 
     Args:
-        part: for example "gs-c200s"; the name of an entry point, "my_lab.mx10:Mx10", or the class of a chip.
-        straps: the straps of the module; without BR0 to BR2, it has the highest rate in its sheet.
+        part: a name such as "gs-c200s", the name of an entry point, "my_lab.mx10:Mx10", or the class of a chip.
+        straps: the straps of the module; without BR0 to BR2, it has the highest rate in its data sheet.
         store: a file that holds the EEPROM, which may be the chip's external memory.
-        memory: a file with an image of that memory, as a dump or in Intel HEX.
+        memory: a file with an image of the external memory, as a dump or in Intel HEX.
         rate: virtual seconds per second; None if virtual time does not wait for the wall clock.
         log: a file for the transcript.
         options: the options of the part.
@@ -140,23 +139,23 @@ class Rig:
     program: PortUser | None = None  # the program that has the port open
 
     def unplug(self, why: str) -> None:
-        """Remove the port, as when an adapter is unplugged, even if a program has it open; the module is unchanged."""
+        """Remove the port, even if open, as if its adapter were unplugged (reason: `why`); the module is unchanged."""
         self.away = why
         if self.program is not None:
             self.program.lose(why)
 
     def plug(self) -> None:
-        """Make the port available again; a program must open it again."""
+        """Make the port available again after `unplug`; a program that had it open must reopen it."""
         self.away = ""
 
     def look(self) -> str:
-        """Return why the port cannot be found, or "" if it can; a failed search takes 100 ms of virtual time."""
+        """Return why the port cannot be found, after 100 ms of virtual time for the failed search; "" if it can be."""
         if why := self.away:
             self.wait(never, LOOK_PS)
         return why
 
     def channel_of(self, sheet: Sheet) -> channel.Channel:
-        """Return the channel over which the module is reached."""
+        """Return the channel over which a program reaches the module."""
         serial = serial_line(sheet)
         if serial is None:
             raise UsageError(f"{self.part}: has no serial line; command it through bench.host(chip)")
@@ -171,16 +170,16 @@ class Rig:
         self.lock = Condition()  # programs read in one thread and write in another; released while one waits
 
     def begin(self) -> None:
-        """Switch the module on, after which it accepts commands."""
+        """Switch the module on; it then accepts commands."""
         self.bench.run(0)
         self.pace.start()
 
     def pace_of(self, rate: str | float | None) -> Pace:
-        """Return the pacing of virtual time."""
+        """Return the pacing of virtual time: on demand if `rate` is None, else by the wall clock."""
         return OnDemandTime(self.bench) if rate is None else WallClockTime(self.bench, rate)
 
     def quiet(self) -> bool:
-        """Return whether everything that was sent has been executed and answered."""
+        """Return whether everything sent to the module has been executed and answered."""
         return self.line.quiet()
 
     # ---------------------------------------------------------------------------------------------------------- time
@@ -191,7 +190,7 @@ class Rig:
         when: Callable[[], int | None] | None = None,
         nets: Iterable[Net] = (),
     ) -> bool:
-        """Let virtual time pass until a condition is met, for at most `ps` picoseconds; return whether it was met."""
+        """Let virtual time pass until a condition is met, for at most `ps` picoseconds; return whether it was."""
         over: list[bool] = []
         self.check_slept()
         with self.lock:
@@ -204,7 +203,7 @@ class Rig:
         return over[0]
 
     def check_slept(self) -> None:
-        """Warn once if the program pauses for long while the module is busy: only calls to the port let time pass."""
+        """Warn, only once, if the program pauses for 1 s while the module is busy: no virtual time passes then."""
         gap = self.pace.clock() - self.left_ns
         if gap < SLEPT_NS or self.warned or not isinstance(self.pace, OnDemandTime):
             return
@@ -219,42 +218,42 @@ class Rig:
         )
 
     def present(self) -> int:
-        """Return the current instant (ps); with a rate, the instant that corresponds to the wall clock."""
+        """Return the current instant of virtual time (ps); with a rate, let it first catch up with the wall clock."""
         self.do(self.pace.present)
         return self.bench.now_ps
 
     def poll(self) -> None:
-        """Advance one character time, so that a polling loop makes progress."""
+        """Let one character time pass, so that polling makes progress; with a rate, catch up with the wall clock."""
         if isinstance(self.pace, WallClockTime):
             self.present()
         else:
             self.wait(never, self.host.uart.clock.ps(self.host.word.ticks))
 
     def do(self, action: Callable[[], Result]) -> Result:
-        """Call a function while no time passes, and return its result; waiting threads then check their conditions."""
+        """Call a function while no time passes; let waiting threads check their conditions, and return its result."""
         with self.lock:
             result = action()
             self.lock.notify_all()
         return result
 
     def resume(self) -> None:
-        """Continue the transcript when a program opens the port."""
+        """Continue the transcript, because a program opens the port."""
         self.log.reopen()
 
     def leave(self) -> None:
-        """Report incomplete commands, and write unsaved data to disk, when the program closes the line."""
+        """Report incomplete commands and write unsaved data to disk, because the program closes the line."""
         self.bench.conclude()
         for part in self.bench.parts.values():
             part.leave()
 
     def close(self) -> None:
-        """End the transcript."""
+        """Report incomplete commands, write unsaved data to disk, and end the transcript."""
         self.leave()
         self.log.close()
 
 
 def never() -> bool:
-    """Return False, as a condition that is never met: only a timeout ends the wait."""
+    """Return False: a condition that is never met, so that a wait for it ends only by its timeout."""
     return False
 
 
@@ -272,16 +271,16 @@ def store_at(path: str | PathLike[str]) -> FileStore:
 
 # ----------------------------------------------------------------------------------------------------------------- URLs
 def from_url(url: str, allow_code: bool = False) -> Rig:
-    """Return the module for a URL: a new one or, for a name used before, the module created for that name.
+    """Return the module for a URL: a new one or, if its name has been used before, the module created under that name.
 
     A URL may come from anywhere, such as a settings file, so it must not name a Python module unless that is allowed.
 
     Args:
-        allow_code: the part may be given as module:Class, whose import runs code from the module.
+        allow_code: whether the part may be given as module:Class, the import of which runs code from the module.
 
     Raises:
         UsageError: there is no such part, strap or option; or another module already has the name.
-        FileNotFoundError: the module has been closed.
+        FileNotFoundError: the module with the name has been closed.
     """
     split = urlsplit(url)
     part, query = CATALOGUE.canonical(split.netloc), _query(url, split.query)
@@ -312,7 +311,7 @@ def from_url(url: str, allow_code: bool = False) -> Rig:
 
 @contextmanager
 def named_by(url: str) -> Iterator[None]:
-    """Add a module's URL to the errors about it."""
+    """Put the module's URL at the start of errors raised in the block."""
     try:
         yield
     except (UnknownName, UsageError) as error:
@@ -329,7 +328,7 @@ def _query(url: str, text: str) -> dict[str, str]:
 
 
 def settings(part: str, query: Mapping[str, str]) -> dict[str, Any]:
-    """Return the query of a URL as arguments for a Rig."""
+    """Convert the query of a URL to arguments for a Rig, keyed by name."""
     sheet = sheet_of(part)
     inputs = {row.name for row in sheet.pins if row.in_out == "in"}
     straps = {key: STRAP.read(text) for key, text in query.items() if key in inputs}

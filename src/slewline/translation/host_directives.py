@@ -1,4 +1,4 @@
-"""The effect of a script's directives on a motion: which of them end it early, and which wait for its end."""
+"""The effect of a script's directives on a motion: which of them end a motion early, and which wait for its end."""
 
 from __future__ import annotations
 
@@ -41,5 +41,5 @@ def waits_for_end(text: str, sheet: Sheet, roles: Collection[str] = OVER) -> boo
 
 
 def pin_of(sheet: Sheet, name: str) -> Pin | None:
-    """Return a pin by its name, or None if there is no such pin."""
+    """Return the pin with a given name, or None if there is no such pin."""
     return next((pin for pin in sheet.pins if pin.name == name), None)

@@ -1,16 +1,16 @@
-"""The effect of a program in motion-control terms, the form between the dialects of a program and its translation.
+"""The effect of a program in motion-control terms: the intermediate form between the dialects of source and target.
 
     program   lines    each line of the text, with its comment and its actions
               actions  set a rate, move, wait for an input, loop ..., in the order of the text
               block    a program that the part stores and runs; -1: the host sends the command, which acts immediately
 
 A command that sets a register is an action of its own (`SetProfile`, `SetDistance`, `SetDirection`), since it has a
-line of its own; the motion after it contains the values of the registers, so that a target without registers needs
+line of its own; each motion also contains the register values that it uses, so that a target without registers needs
 only the motions.  A value that depends on the path through the program, or on the state before the program, is None.
 
 Times are in whole picoseconds, rates in steps/s, accelerations in steps/s^2, positions and distances in steps;
 positive is clockwise.  Outputs and inputs count from 1, in the order of the part's roles `output1`, `input1` ...; the
-names of the source's wires are in `Program.wiring`.
+names of the source's pins are in `Program.wiring`.
 """
 
 from __future__ import annotations
@@ -30,9 +30,9 @@ class Profile:
     Attributes:
         start: the rate of the first and last steps, steps/s.
         top: the rate between the ramps, steps/s; equal to `start` if there is no ramp.
-        time_ps: the time from the first step to the first step at `top`, ps; 0 if there is no ramp.
+        time_ps: the time from the first step of the motion to the first step at `top`, ps; 0 if there is no ramp.
         steps: the number of steps in that time.
-        values: the parameters of the source, by the name of the command that sets them.
+        values: the parameter values of the source, keyed by the name of the command that sets them.
     """
 
     start: float
@@ -43,7 +43,7 @@ class Profile:
 
     @property
     def ramped(self) -> bool:
-        """True if the rate rises from `start` to `top`, and falls again."""
+        """True if the rate rises from `start` to `top`, and falls again at the end."""
         return self.time_ps > 0 and self.top > self.start
 
     @property
@@ -70,7 +70,8 @@ class Action:
         text: the command in the source.
         block: the stored program that the command belongs to, counted from 0; -1: a host sends the command.
         axis: the axis concerned, counted from 1.
-        command: the form of the command in the source's data sheet, with its `values`; for our own parts.
+        command: the form of the command in the source's data sheet; set only for our own parts.
+        values: the argument values of the command.
     """
 
     line: int = 0
@@ -83,9 +84,9 @@ class Action:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SetProfile(Action):
-    """An action that sets one value, `sets`, of the profile; `profile` is the resulting profile, if known.
+    """An action that sets the value of the profile named by `sets`; `profile` is the result, None if not known.
 
-    `value` is the value set: a rate, steps/s, or, for "ramp", the resulting acceleration, steps/s^2.
+    `value` is the new value: a rate, steps/s, or, for "ramp", the resulting acceleration, steps/s^2.
     """
 
     sets: Part
@@ -95,21 +96,21 @@ class SetProfile(Action):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SetDistance(Action):
-    """An action that sets the number of steps for the relative moves that follow."""
+    """An action that sets the number of steps of the relative moves after it."""
 
     steps: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SetTarget(Action):
-    """An action that sets the target of the next motion; the motion itself is a separate `MoveTo`."""
+    """An action that sets the target position of the next motion; the motion itself is a separate `MoveTo`."""
 
     position: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SetDirection(Action):
-    """An action that sets the direction of the relative moves that follow: 1 clockwise, -1 counterclockwise."""
+    """An action that sets the direction of the relative moves after it: 1 clockwise, -1 counterclockwise."""
 
     sign: int
 
@@ -121,14 +122,14 @@ class SetEndless(Action):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SetPosition(Action):
-    """An action that sets the position counter, without motion."""
+    """An action that sets the position counter without moving the motor."""
 
     position: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Motion(Action):
-    """An action that moves the motor: its profile, and the position at its start; either is None if not known."""
+    """An action that moves the motor: its profile, and the position at its start, each None if not known."""
 
     profile: Profile | None = None
     begins: int | None = None
@@ -138,8 +139,8 @@ class Motion(Action):
 class MoveBy(Motion):
     """A move by a number of steps.
 
-    `steps` has the sign of the direction; None if the number or the direction is not known.  `distance` and `sign`
-    are the number and the direction, as far as each is known.
+    `steps` has the sign of the direction; None if the number or the direction is not known.  `distance` is the
+    number, and `sign` the direction, each None if not known.
     """
 
     distance: int | None
@@ -155,7 +156,7 @@ class MoveBy(Motion):
 class MoveTo(Motion):
     """A move to a position; the position is None if not known.
 
-    `implied`: the command moves other axes as well.
+    `implied`: the command is one that can move several axes together, with a `MoveTo` for each of them.
     """
 
     position: int | None
@@ -163,13 +164,13 @@ class MoveTo(Motion):
 
     @property
     def steps(self) -> int | None:
-        """The number of steps, with the sign of the direction; None if the start or end position is not known."""
+        """The number of steps, with the sign of the direction; None if the start or the target is not known."""
         return None if self.position is None or self.begins is None else self.position - self.begins
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunEndless(Motion):
-    """A run in a direction until an event ends it: an input `until`, a `Stop`, an abort input or a host."""
+    """A run in a direction until the input condition `until`, a `Stop`, an abort input or the host ends it."""
 
     sign: int | None
     until: Input | None = None
@@ -177,7 +178,7 @@ class RunEndless(Motion):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Home(Motion):
-    """A search in a direction for the home position; the counter is set to 0 there."""
+    """A search for the home position in a given direction; the position counter is set to 0 there."""
 
     sign: int
 
@@ -216,14 +217,14 @@ class Delay(Action):
 # ---------------------------------------------------------------------------------------------------------------- flow
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Label(Action):
-    """A mark for the target of a jump or a loop in the same block."""
+    """A named place in a block, to which a jump or a loop of the same block can go."""
 
     name: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Jump(Action):
-    """A jump to a label; with `inputs`, it is made only if all of them have their given levels."""
+    """A jump to a label; with `inputs`, it is made only if each of these inputs has its given level."""
 
     to: str
     inputs: tuple[Input, ...] = ()
@@ -231,7 +232,7 @@ class Jump(Action):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Loop(Action):
-    """A jump back to a label until `passes` passes in all have been made; then the next action follows."""
+    """A jump back to a label until `passes` passes of the loop have been made; then the next action follows."""
 
     to: str
     passes: int
@@ -245,21 +246,21 @@ class EndProgram(Action):
 # --------------------------------------------------------------------------------------------------- host and programs
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EnterProgram(Action):
-    """The start of program entry: block `number`, whose actions follow, replaces the stored program."""
+    """The start of program entry: block `number`, whose actions follow, replaces any stored program."""
 
     number: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LeaveProgram(Action):
-    """The end of the entry of a stored program; `runs`: the part also runs it."""
+    """The end of the entry of a stored program; if `runs`, the part then also runs the program."""
 
     runs: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunProgram(Action):
-    """A run of the stored program, from its start or from a label."""
+    """A run of the stored program, from the label `at`, or from its start if `at` is empty."""
 
     at: str = ""
 
@@ -271,25 +272,25 @@ class SaveProgram(Action):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EraseProgram(Action):
-    """An action that erases the stored program, and sets the registers to their values after a reset."""
+    """An action that erases the stored program and sets the registers to their reset values."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HostDirective(Action):
-    """A line directed at the host, such as @wait 20 ms or @until ready."""
+    """A line addressed to the host, such as @wait 20 ms or @until ready."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Query(Action):
-    """A query for a value of the part, without motion."""
+    """A query for a value from the part, without motion."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Special(Action):
-    """A command of the part that other parts need not have.
+    """A command of the source's part that other parts need not have.
 
     Attributes:
-        description: its effect, in words.
+        description: the effect of the command, in words.
         needless: why a target without such a command needs no replacement; empty: it needs one.
         remedy: advice to the user; empty: the advice of the source's manual.
     """
@@ -309,16 +310,16 @@ OF_AN_AXIS = (SetProfile, SetDistance, SetDirection, SetPosition, SetTarget, Set
 
 
 def acts_during_motion(action: Action) -> bool:
-    """Return whether a host's action takes effect without waiting for the end of the preceding motion."""
+    """Return whether a host's action takes effect during the preceding motion, without waiting for its end."""
     return isinstance(action, HostDirective | Stop) or (isinstance(action, Special) and bool(action.needless))
 
 
 # ------------------------------------------------------------------------------------------------------------- program
 @dataclass(frozen=True, slots=True)
 class Line:
-    """A source line: its number, the code before its comment, the comment without its mark, and its actions.
+    """A source line: its number, the code before any comment, the comment without its mark, and the actions.
 
-    A line without `code` is a comment, or empty.
+    A line whose `code` is empty contains only a comment, or nothing.
     """
 
     number: int
@@ -342,12 +343,13 @@ class Program:
 
     Attributes:
         part: the part that the program is for, such as "cy525".
-        where: the name of its file.
+        where: the name of the program's file.
         lines: all lines of the text, in order.
         assumed: the assumptions about facts missing from the text.
-        wiring: the pins of the source, by their purpose: "step", "direction", "output1", "input1" ...
+        wiring: the pins of the source, keyed by their purpose: "step", "direction", "output1", "input1" ...
         half_steps: whether a step of the source is a half step of the motor, because of an option or after some
             command.
+        interrupted: whether something outside the program may end a motion early.
     """
 
     part: str
@@ -360,9 +362,9 @@ class Program:
 
     @property
     def actions(self) -> Iterator[Action]:
-        """The actions of all lines, in their order."""
+        """The actions of all lines, in the order of the text."""
         return (action for line in self.lines for action in line.actions)
 
     def block(self, number: int) -> list[Action]:
-        """Return the actions of a stored program, in their order; -1: the actions that a host sends."""
+        """Return the actions of a stored program in the order of the text; for -1, the actions that the host sends."""
         return [action for action in self.actions if action.block == number]

@@ -1,4 +1,4 @@
-"""The times of moves, from the first step to the last, by the ramp laws of the source and of other targets."""
+"""The times of moves, from first to last step, by the source's ramp law and those of targets other than our parts."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .profiles import profiles_of
 
 
 def measured(program: Program) -> Callable[[Profile, int], float]:
-    """Return a function that returns the time of a move of the source, s.
+    """Return a function that calculates the time of a source move, s, from its profile and its number of steps.
 
     The returned function uses the ramp law of the source's part, or `source_time` if no law is known.
     """
@@ -35,7 +35,7 @@ def measured(program: Program) -> Callable[[Profile, int], float]:
 
 
 def source_time(profile: Profile, steps: int) -> float:
-    """Return the time of a source move from its first step to its last, s."""
+    """Return the time of a move from its first step to its last, s, if the source's ramp law is not known."""
     gaps = max(abs(steps) - 1, 0)
     if not profile.ramped or profile.steps <= 0:
         return gaps / profile.top if profile.top else 0.0
@@ -48,7 +48,7 @@ def source_time(profile: Profile, steps: int) -> float:
 
 
 def standing_time(top: float, acceleration: float, steps: int) -> float:
-    """Return the time of a move from standstill to standstill with a constant acceleration, s."""
+    """Return the time of a move that begins and ends at standstill, s, with ramps of constant acceleration."""
     steps = abs(steps)
     if acceleration <= 0:
         return max(steps - 1, 0) / top if top else 0.0
@@ -58,9 +58,9 @@ def standing_time(top: float, acceleration: float, steps: int) -> float:
 
 
 def started_time(profile: Profile, steps: int) -> float:
-    """Return the time of a move from its first step to its last, s, with ramps between start and top rate.
+    """Return the time of a move from its first step to its last, s, with ramps between start rate and top rate.
 
-    The acceleration is constant.
+    The ramps have a constant acceleration.
     """
     gaps = max(abs(steps) - 1, 0)
     acceleration = profile.acceleration

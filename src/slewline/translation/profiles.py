@@ -1,4 +1,4 @@
-"""Motion profiles from a part's parameters, and the parameters nearest to a motion profile.
+"""Motion profiles calculated from a part's parameters, and the parameters nearest to a motion profile.
 
 read    values of the part's parameters -> start rate, top rate, ramp, by the part's calculator
 fit     a profile -> the parameter values whose motions come nearest, by the inverse calculator
@@ -23,14 +23,14 @@ ODD_RATE = 1000  # steps/s: an unreachable rate above this is too high for the p
 
 @dataclass(frozen=True, slots=True)
 class Fitted:
-    """The target's values whose motions come nearest to a wanted profile, keyed by command form; their profile."""
+    """The target's values (by command form) whose motions come nearest to a wanted profile; their own profile."""
 
     values: Mapping[str, int]
     profile: Profile
 
 
 class Profiles:
-    """The profiles of a part with a given crystal."""
+    """The motion profiles that a part with a given crystal can make."""
 
     def __init__(self, sheet: Sheet, crystal_hz: int, calculator: Calculator | None = None) -> None:
         self.sheet, self.hz = sheet, crystal_hz
@@ -45,7 +45,7 @@ class Profiles:
 
     # ------------------------------------------------------------------------------------------------------- reading
     def read(self, values: Mapping[str, Value]) -> Profile | None:
-        """Return the profile for some values of the part's parameters, or None if a required one is missing."""
+        """Return the profile that parameter values define, or None if they are incomplete or not allowed."""
         return self._read(frozenset(values.items()))
 
     def _profile(self, items: frozenset[tuple[str, Value]]) -> Profile | None:
@@ -71,15 +71,15 @@ class Profiles:
 
     @staticmethod
     def profile_of(ramp: Ramp, values: Mapping[str, Value]) -> Profile:
-        """Return a ramp as a profile, together with the parameter values that define it."""
+        """Convert a ramp to a profile that includes the parameter values that define it."""
         if not ramp.time_ps:
             return Profile(ramp.top, ramp.top, values=dict(values))
         return Profile(ramp.start, ramp.top, ramp.time_ps, ramp.steps, dict(values))
 
     def move_ps(self, profile: Profile, steps: int) -> int | None:
-        """Return the time from the first step of a move to the last, ps, or None if it is not known.
+        """Return the time from the first step of a move to its last step, ps, or None if it is not known.
 
-        Parts differ in when they report the end of a move: before or after the last step interval.
+        The last step counts, as parts report the end of a move either before or after the last step interval.
         """
         return self._moves(frozenset(profile.values.items()), 0.0 if profile.ramped else profile.top, abs(steps))
 
@@ -96,7 +96,7 @@ class Profiles:
 
     # ------------------------------------------------------------------------------------------------------- fitting
     def fit(self, wanted: Profile) -> Fitted:
-        """Return the values whose profile comes nearest: first the rates are fitted, then the duration of the ramp."""
+        """Return the values whose profile is nearest to `wanted`: first the rates are fitted, then the ramp time."""
         key = wanted.start, wanted.top, wanted.time_ps
         if key not in self._fitted:
             self._fitted[key] = self._fit(wanted)
@@ -120,7 +120,7 @@ class Profiles:
         return Fitted(dict(chosen), self.profile_of(best, best.values))
 
     def ends(self, role: str) -> tuple[float, float]:
-        """Return the lowest and the highest rate that a command can set, steps/s."""
+        """Return the lowest and the highest rate that the command with a role can set, steps/s."""
         row, ramp, top = self.rows[role], self.rows["ramp"], self.rows["top_rate"]
         first = self.rows.get("start_rate")
         found = []
@@ -133,7 +133,7 @@ class Profiles:
         return min(found), max(found)
 
     def _own(self, wanted: Profile) -> Fitted | None:
-        """Return the source's own values if they produce exactly the same profile on the target, else None."""
+        """Return the source's own values if they produce exactly the wanted profile on the target, else None."""
         mine = {name: int(value) for name, value in wanted.values.items() if self._written(name) and is_number(value)}
         if mine.keys() != {name for name, value in wanted.values.items() if name.isupper()}:
             return None
@@ -151,7 +151,7 @@ class Profiles:
         return Fitted(mine, found) if same and found is not None else None
 
     def _constant(self, wanted: Profile, values: dict[str, Value]) -> Fitted:
-        """Return the values for motions at a constant rate, without ramps."""
+        """Return the values for motions at the wanted constant rate, without ramps."""
         top = self.rows["top_rate"].form
         if "rate_divisor" in self.rows:  # rate and factor, without a slope
             factor, rate = self._divided(wanted.top)
@@ -176,7 +176,7 @@ class Profiles:
         return Fitted(dict(chosen), found or Profile(wanted.top, wanted.top, values=chosen))
 
     def _divided(self, rate: float) -> tuple[int, int]:
-        """Return the factor and rate parameter whose rate is nearest; among equals, those with the lowest factor."""
+        """Return the divisor and rate parameter that come nearest to `rate`; of equal pairs, the lowest divisor."""
         row, factor = self.rows["top_rate"].args[0], self.rows["rate_divisor"].args[0]
         steepest = self.rows["ramp"].args[0].high
         form, slope = self.rows["top_rate"].form, self.rows["ramp"].form
@@ -190,7 +190,7 @@ class Profiles:
         return by, value
 
     def _nearest_rate(self, role: str, rate: float) -> int:
-        """Return the parameter value whose rate is nearest; for a rate out of range, the limit of the parameter."""
+        """Return the parameter value whose rate is nearest to `rate`; if out of range, the nearer limit."""
         row = self.rows[role]
         quantity: RampParameter = self.calculator.quantity(row.form)
         arg = self.calculator.arg(row.form)
@@ -203,13 +203,13 @@ class Profiles:
         return min(max(int(found or 0), arg.low), arg.high)
 
     def _written(self, name: str) -> bool:
-        """Return whether a parameter is set by a command of the part."""
+        """Return whether the parameter `name` is set by a command of the part."""
         return name in self.values_of and name in self.sheet.commands.by_form
 
 
 @lru_cache(maxsize=32)
 def profiles_of(part: str, hz: int) -> Profiles | None:
-    """Return the profiles of a part with a given crystal, or None if the part has no ramp calculator."""
+    """Return the motion profiles of a part with a given crystal, or None if the part has no ramp calculator."""
     try:
         return Profiles(sheet_of(part), hz)
     except UsageError:

@@ -1,4 +1,4 @@
-"""Facts about a whole program: its outputs and inputs, its stored programs, its maximum rate."""
+"""Facts about a whole program, such as its outputs and inputs, its stored programs, and its maximum rate."""
 
 from __future__ import annotations
 
@@ -33,19 +33,19 @@ from .special_commands import ADD_IT, BRANCHED, BY_HAND, ELSEWHERE, IN_PROGRAM, 
 
 
 def profiles(actions: Iterable[Action]) -> list[Profile]:
-    """Return the known profiles of the motions, or, if there are none, the known profiles of the settings."""
+    """Return the known profiles of the motions; if no motion has one, those of the rate and ramp settings."""
     known = list(actions)
     found = [each.profile for each in known if isinstance(each, Motion) and each.profile]
     return found or [each.profile for each in known if isinstance(each, SetProfile) and each.profile]
 
 
 def top_rate(actions: Iterable[Action]) -> float:
-    """Return the maximum rate, steps/s; 0 if none is known."""
+    """Return the maximum rate of all known profiles, steps/s; 0 if no profile is known."""
     return max((each.top for each in profiles(actions)), default=0.0)
 
 
 def one_acceleration(actions: Iterable[Action]) -> float:
-    """Return the acceleration for a target with one value for all moves, steps/s^2: the lowest of all ramps.
+    """Return one acceleration for all moves, steps/s^2, for a target with only one: the lowest of all ramps.
 
     If no move has a ramp, the value is so high that the top rate is reached within half a step.
     """
@@ -55,18 +55,21 @@ def one_acceleration(actions: Iterable[Action]) -> float:
 
 
 def variables(actions: Iterable[Action]) -> tuple[bool, bool]:
-    """Return two flags: whether the distance of any move depends on the path, and whether any direction does."""
+    """Return whether some relative move's distance depends on the path to it, and whether some direction does."""
     moves = [each for each in actions if isinstance(each, MoveBy)]
     return any(each.distance is None for each in moves), any(each.sign is None for each in moves)
 
 
 def stored(program: Program) -> list[int]:
-    """Return the numbers of the stored programs, in their order."""
+    """Return the numbers of the stored programs, in ascending order."""
     return sorted({each.block for each in program.actions if each.block >= 0})
 
 
 def runs(program: Program) -> dict[int, int]:
-    """Return the numbers of the stored programs that the host runs, keyed by the line of the run command."""
+    """Return the number of the stored program that each run command of the host runs, by the command's line.
+
+    The number is -1 if the text has not entered a program before the command.
+    """
     found: dict[int, int] = {}
     entered = -1
     for action in program.actions:
@@ -77,10 +80,10 @@ def runs(program: Program) -> dict[int, int]:
 
 
 def started_plainly(program: Program) -> Program:
-    """Return a program whose host only runs stored programs from the text, from their start or from a label.
+    """Return a program whose host only runs programs that the text enters, from their start or from a label.
 
-    These other host commands each become a `Special`: a loop or branch, a level at a pin that is not a
-    program input, a stop of a running motion, and a run of a program that the text does not enter.
+    Each host command of one of these kinds becomes a `Special`: a loop or branch, a level at a pin that is
+    not a program input, a stop of a running motion, and a run of a program that the text does not enter.
     """
     its, sheet = runs(program), sheet_of(program.part)
     pins = [pin.name for pin in sheet.pins if pin.role and not pin.role.startswith("input")]
@@ -108,12 +111,15 @@ def started_plainly(program: Program) -> Program:
 
 
 def axes(program: Program) -> list[int]:
-    """Return the axes that the program moves, counted from 1."""
+    """Return the numbers of the axes that the program moves, counted from 1."""
     return sorted({each.axis for each in program.actions}) or [1]
 
 
 def outputs(program: Program) -> list[tuple[int, int]]:
-    """Return the outputs that the program sets, each with its level after a reset of the source; low if not known."""
+    """Return pairs of an output that the program sets and its level after a reset of the source's part.
+
+    The level is 0 if it is not known.
+    """
     used = sorted({each.number for each in program.actions if isinstance(each, SetOutput) and not each.implied})
     return [(each, _reset_level(program, each)) for each in used]
 
@@ -124,7 +130,7 @@ def _reset_level(program: Program, output: int) -> int:
 
 
 def inputs(program: Program) -> list[int]:
-    """Return the inputs that the program waits for or branches on."""
+    """Return the numbers of the inputs that the program waits for or branches on, or that end its motions."""
     found = {each.input.number for each in program.actions if isinstance(each, WaitInput)}
     found |= {each.number for action in program.actions if isinstance(action, Jump) for each in action.inputs}
     found |= {each.until.number for each in program.actions if isinstance(each, RunEndless) and each.until}
@@ -132,12 +138,15 @@ def inputs(program: Program) -> list[int]:
 
 
 def counts_positions(program: Program) -> bool:
-    """Return whether a program has both relative and absolute moves, so that the limits of a counter matter."""
+    """Return whether a program has relative and absolute moves, so that the position counter's limits matter."""
     actions = list(program.actions)
     return all(any(isinstance(action, kind) for action in actions) for kind in (MoveBy, MoveTo))
 
 
 def counter_of(sheet: Sheet) -> tuple[int, int] | None:
-    """Return the limits of the position counter, taken from a move to a position; None without such a command."""
+    """Return the lowest and the highest position that the command for a move to a position accepts.
+
+    They are the limits of the position counter.  The result is None if the part has no such command.
+    """
     row = next((row for role in ("absolute", "goto", "target") for row in sheet.acting(role)), None)
     return None if row is None else (row.args[0].low, row.args[0].high)

@@ -1,4 +1,4 @@
-"""The commands of a part, by their roles."""
+"""Searches for the commands of a part by their roles, and questions about single commands."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ PROFILE_ROLES = ("start_rate", "top_rate", "ramp", "ramp_divisor", "rate_divisor
 
 
 def takes_part(row: Row, parameters: Iterable[str]) -> bool:
-    """Return whether a command sets a parameter of a ramp, by its role or as one of `parameters`."""
+    """Return whether a command sets a rate or a ramp value, by its role or because its form is in `parameters`."""
     return bool(row.args) and (row.role in PROFILE_ROLES or row.form in parameters)
 
 
@@ -20,18 +20,18 @@ def leads(row: Row) -> bool:
 
 
 def rows_by_role(sheet: Sheet) -> dict[str, Row]:
-    """Return the command for each role; if several commands share a role, the first of them."""
+    """Return a part's commands by their role; if several commands have the same role, the first of them."""
     return {row.role: row for row in reversed(list(sheet.commands)) if row.role}
 
 
 def after_reset(sheet: Sheet) -> int:
-    """Return the direction after a reset: 1 clockwise, -1 counterclockwise."""
+    """Return the direction of the motor after a reset of the part: 1 clockwise, -1 counterclockwise."""
     pin = sheet.role("direction")
     return 1 if pin is None or pin.reset == pin.sense else -1
 
 
 def stopping_row(sheet: Sheet, how: str) -> Row | None:
-    """Return the command that stops a running motor in the way `how`, "stop" or "brake"; None: there is none."""
+    """Return the command that stops a running motor in the way `how`, "stop" or "brake"; None if there is none."""
     return next((row for row in sheet.commands if row.at_once == how), None)
 
 

@@ -1,4 +1,4 @@
-"""Commands that other parts may not have: why no replacement is needed, or advice to the user."""
+"""Texts about commands that other parts may lack: why no replacement is needed, or advice to the user."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
-"""The interface of a target: a writer for programs in its language, and a reader that proves the result.
+"""The interface of a target: a writer for programs in its language, and a reader for proving the result.
 
-A writer goes through `program.lines` in order and returns lines of its own, each with its source line;
-comments stay next to the same code.  An action that cannot be written is reported as a `LineVerdict`
-with the target's limit and advice to the user, and as a comment at that line of the result.  `translate`
-adds the warning at the head, and the report.
+A writer goes through `program.lines` in order and returns the lines of the result, each with its source
+line; a comment stays next to the code that it was next to in the source.  An action that cannot be
+written is reported as a `LineVerdict` with the target's limit and advice to the user, and as a comment
+at that line of the result.  `translate` adds the warning at the head of the result, and the report.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ class WriterOptions:
 
     Attributes:
         steps_per_mm: the number of steps per millimetre, for targets that count millimetres.
-        axis: the name of the axis, such as X, for targets that have several.
-        unroll: the maximum number of lines for a loop, if the target has no loops.
+        axis: the name of the axis, such as X, for targets that have several axes.
+        unroll: the maximum number of lines that a loop may become, if the target has no loops.
         crystal_hz: the crystal of the target, Hz; None: its usual crystal.
-        values: other settings of a target, by name, as text.
+        values: other settings of the target, by name, as text.
     """
 
     steps_per_mm: float = 1.0
@@ -45,8 +45,9 @@ class WriterOptions:
 class Written:
     """The result of a writer: the lines, the verdicts on the source lines, and the wiring.
 
-    `wiring` holds triples: the purpose of a wire ("output1"), its name in the source, and its name in the target;
-    empty: the target has no such wire.  `assumed` holds pairs of an assumption about the target and its value.
+    `wiring` holds triples: the purpose of a wire ("output1"), its pin in the source, and its pin in the
+    target, which is empty if the target has no such pin.  `assumed` holds pairs of a fact about the target
+    and its assumed value.
     """
 
     lines: tuple[OutLine, ...]
@@ -61,14 +62,15 @@ class Happened:
     """An event of a run, as compared by a proof.
 
     Attributes:
-        kind: a "move" (from rest to rest), a "run" that was stopped (`value` is its sign), an "output" that changed,
-            an "input" that the program waited for, or a "delay" in the program.
+        kind: a "move" (from standstill to standstill), a "run" that was stopped, an "output" that changed,
+            an "input" that the program waited for or that changed, or a "delay" in the program.
         number: the number of the axis, output or input, counted from 1.
-        value: the steps with their sign, a level, or the duration of a delay, ps.
+        value: for a move, its steps with their sign; for a run, its sign; for an output or input, its
+            level; for a delay, its duration, ps.
         time_ps: the time at which the event began, ps from the start; None: not known from the text.
         first_ps: for a move, the time of its first step, ps; None: not known.
         lasts_ps: for a move, the time from its first step to its last, ps; None: not known.
-        rate: for a move, the maximum rate, steps/s; None: not known.
+        rate: for a move or a run, the maximum rate, steps/s; None: not known.
         net: for a run, its steps with their sign; None: not known.
     """
 
@@ -84,7 +86,7 @@ class Happened:
 
 @dataclass(frozen=True, slots=True)
 class PlayedTrace:
-    """Events of a run, in order; `ran` names the interpreter, such as "rs274"; `stopped`: it was ended externally."""
+    """The events of a run, in order; `ran`: the interpreter, such as "rs274"; `stopped`: the run was cut off."""
 
     ran: str
     happened: tuple[Happened, ...]
@@ -92,10 +94,10 @@ class PlayedTrace:
 
 
 class ProgramWriter(Protocol):
-    """A writer for one program."""
+    """A writer that writes one program in the language of a target."""
 
     def written(self) -> Written:
-        """Return the result."""
+        """Return the program in the target's language, with the verdicts and the wiring."""
         ...
 
 
@@ -103,18 +105,18 @@ class ProgramWriter(Protocol):
 class Target:
     """A target of translation other than our own parts.
 
-    Writer, reader and interpreter are module:name, in the packages `writers` and `reading_back`; they are imported on
-    demand.
+    Writer, reader and interpreter are given as "module:name", in the packages `writers` and `reading_back`;
+    they are imported when they are first needed.
 
     Attributes:
         name: the argument of --to, such as "grbl".
-        mark: the start of a comment.
+        mark: the text with which a comment starts.
         ending: the file extension, such as ".nc".
         language: the source of the limits, such as "grbl 1.1 (documentation)".
         writer: the class that writes a program.
         reader: the function that reads a text back; it shares no code with the writer.
-        interpreter: the function that runs a text in the target's real interpreter; empty: none is available.
-        settings: arguments of --set other than output levels: name and allowed values.
+        interpreter: the function that runs a text in the target's real interpreter; empty: there is none.
+        settings: the arguments of --set other than output levels: pairs of a name and its allowed values.
     """
 
     name: str
@@ -127,7 +129,7 @@ class Target:
     settings: tuple[tuple[str, str], ...] = ()
 
     def comment(self, text: str) -> str:
-        """Return a comment as a line of its own, or an empty line for an empty text."""
+        """Return a text as a comment in the target's language, or an empty line if the text is empty."""
         return f"{self.mark}{text}" if text else ""
 
     def joined(self, line: OutLine) -> str:
@@ -140,12 +142,12 @@ class Target:
         return make(self, program, options).written()
 
     def read_back(self, text: str, options: WriterOptions) -> PlayedTrace:
-        """Return the events of a text in the target's language, as the reader follows it."""
+        """Return the events of a text in the target's language, as the target's reader follows the text."""
         read: Callable[[str, WriterOptions], PlayedTrace] = found("reading_back", self.reader)
         return read(text, options)
 
     def ran(self, text: str, options: WriterOptions) -> PlayedTrace | None:
-        """Return the events of a text in the target's real interpreter, or None if it cannot be run here."""
+        """Return the events of a text in the target's real interpreter, or None if this cannot be run here."""
         if not self.interpreter:
             return None
         run: Callable[[str, WriterOptions], PlayedTrace | None] = found("reading_back", self.interpreter)
@@ -153,6 +155,6 @@ class Target:
 
 
 def found(room: str, where: str) -> Any:
-    """Return the object named by `where`, "module:name", from a module of the package `room`."""
+    """Return the object that `where`, a text of the form "module:name", names in the package `room`."""
     module, _, name = where.partition(":")
     return getattr(import_module(f".{room}.{module}", __package__), name)

@@ -38,7 +38,7 @@ class Translation:
 
     Attributes:
         text: the result, for the target.
-        report: the result for each line.
+        report: the verdicts on each source line, the assumptions, and the wiring.
         program: the effect of the source.
         source: the text of the source.
     """
@@ -69,20 +69,20 @@ def translate(
     strict: bool = False,
     settings: Mapping[str, str] | None = None,
 ) -> Translation:
-    """Return a program for another part or controller, with a report of each line.
+    """Translate a program for another part or controller; return the result, with a report on each line.
 
     Args:
-        file: the program; its extension selects the part, unless `part` does.
+        file: the program; its extension names the part of the source, unless `part` is given.
         to: the target, a part number or the name of another controller.
         part: the part of the source.
         crystal, target_crystal: the crystals of source and target, such as "11 MHz"; by default the usual
             crystals.
         steps_per_mm: the number of steps per millimetre, for targets that count millimetres.
-        axis: the name of the axis, for targets that have several.
-        unroll: the maximum number of lines for a loop, if the target has no loops.
+        axis: the name of the axis, for targets that have several axes.
+        unroll: the maximum number of lines that a loop may become, if the target has no loops.
         strict: whether to refuse a result that has any line with a verdict other than "the same".
-        settings: facts missing from the text, by name: {"output1": "low"} for the initial level of an output,
-            and target settings such as {"library": "fastaccelstepper"}.
+        settings: facts missing from the text, by name: {"output1": "low"} for the initial level of an
+            output, and target settings such as {"library": "fastaccelstepper"}.
 
     Raises:
         UnknownName: the part or target does not exist.
@@ -115,9 +115,10 @@ def translate_text(
     strict: bool = False,
     interrupted: bool = False,
 ) -> Translation:
-    """Return a text translated for another part; arguments and errors as for `translate`.
+    """Translate a text for another part or controller; arguments and errors are as for `translate`.
 
-    `interrupted`: the surroundings may end a motion early, as limit switches do.
+    `where` is the name of the text in messages.  `interrupted`: the surroundings may end a motion early, as
+    limit switches do.
     """
     options = options or WriterOptions()
     sheet = sheet_of(part)
@@ -145,7 +146,7 @@ def translate_text(
 
 
 def known(to: str) -> str:
-    """Return the name of a target.
+    """Return the canonical name of the target that a user calls `to`.
 
     Raises:
         UnknownName: the target does not exist; the message lists the targets.
@@ -162,10 +163,10 @@ def known(to: str) -> str:
 
 
 def check_settings(values: Mapping[str, str], to: str) -> None:
-    """Refuse a setting that does not exist for a target.
+    """Refuse settings that the target `to` does not have.
 
     Raises:
-        UsageError: the setting does not exist, or does not allow this value.
+        UsageError: the target has no such setting, or an output level is neither "low" nor "high".
     """
     own = dict(TARGETS[to].settings) if to in TARGETS else {}
     levels = {f"output{number}": "low or high: its level at the start" for number in (1, 2, 3)}
@@ -180,7 +181,7 @@ def check_settings(values: Mapping[str, str], to: str) -> None:
 
 
 def with_levels(program: Program, values: Mapping[str, str]) -> Program:
-    """Return a program in which the initial output levels that the user has set are assumed."""
+    """Return a program whose assumptions contain the initial output levels that the user has set."""
     assumed = [each for each in program.assumed if f"output{each.about[7:8]}" not in values]
     given = [(int(name[-1]), value) for name, value in values.items() if name.startswith("output")]
     for number, value in given:
@@ -190,7 +191,7 @@ def with_levels(program: Program, values: Mapping[str, str]) -> Program:
 
 
 def with_driven_inputs(program: Program) -> Program:
-    """Return a program with one more assumption: the inputs that its host drives change equally at the target."""
+    """Return a program; if its host drives inputs, add the assumption that they change equally at the target."""
     found = [action for action in program.actions if isinstance(action, HostDirective)]
     if not any(drives_input(action.text, sheet_of(program.part)) for action in found):
         return program
@@ -198,7 +199,7 @@ def with_driven_inputs(program: Program) -> Program:
 
 
 def reported(program: Program, to: str, written: Written) -> Report:
-    """Return the report on a result."""
+    """Return the report on the result of a writer, for the target `to`."""
     verdicts: dict[int, list[LineVerdict]] = {}
     for verdict in written.verdicts:
         verdicts.setdefault(verdict.line, []).append(verdict)
@@ -222,7 +223,7 @@ def reported(program: Program, to: str, written: Written) -> Report:
 
 
 def joined(program: Program, to: str, other: Target | None, written: Written) -> str:
-    """Return the text of a result, with the warning at its head."""
+    """Return the text of a result, with the warning at its head; `other`: the target, None for our own parts."""
 
     def comment(text: str) -> str:
         return other.comment(text) if other is not None else f"; {text}".rstrip() if text else ";"
@@ -235,7 +236,7 @@ def joined(program: Program, to: str, other: Target | None, written: Written) ->
 
 
 def lines_of(lines: Iterable[OutLine], other: Target | None) -> Iterable[str]:
-    """Yield the lines of a result with their comments."""
+    """Yield the lines of a result with their comments; `other`: the target, None for our own parts."""
     for line in lines:
         if other is not None:
             yield other.joined(line)

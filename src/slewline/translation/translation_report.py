@@ -1,4 +1,4 @@
-"""The result for each line of a program (the same, nearly, not possible), and the assumptions.
+"""The verdict on each line of a program (the same, nearly, not possible), and the assumptions.
 
 bar.cy525, line 4: R 80 -> T478: nearly: 4780 steps/s for 4783, 0.06 %
 """
@@ -14,7 +14,7 @@ from .meaning import Assumed
 
 
 class LineKind(Enum):
-    """The result for a line; the kinds are in order from best to worst."""
+    """The kind of a verdict on a line; the kinds are in order from best to worst."""
 
     SAME = "same"
     NEARLY = "nearly"
@@ -28,16 +28,16 @@ class LineKind(Enum):
 
 @dataclass(frozen=True, slots=True)
 class LineVerdict:
-    """The result for a line of the source, or for a part of its effect.
+    """The verdict on a line of the source, or on a part of the line's effect.
 
     Attributes:
-        line: the line of the source; 0: the whole program.
+        line: the number of the source line; 0: the whole program.
         kind: the same, nearly, or not possible.
-        description: the difference, with its figure: "4780 steps/s for 4783"; if the line is the same, a note.
+        description: the difference, with its figure: "4780 steps/s for 4783"; a note if there is none.
         limit: if not possible, the limit of the target, and where its manual states it.
         remedy: advice to the user.
-        off: relative error of a figure: 0.004 for 0.4 %.
-        off_ps: error of a time, ps.
+        off: the relative error of the figure: 0.004 for 0.4 %.
+        off_ps: the error of a time, ps.
     """
 
     line: int
@@ -57,7 +57,7 @@ class LineVerdict:
 
 @dataclass(frozen=True, slots=True)
 class OutLine:
-    """A line of the result: its text without comment, the comment, and the source line (0: none)."""
+    """A line of the result: its text without comment, the comment, and the number of its source line (0: none)."""
 
     text: str
     comment: str = ""
@@ -81,16 +81,16 @@ class ReportLine:
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """The result of a translation.
+    """The report on a translation.
 
     Attributes:
         where: the name of the source.
         part: the part that the source is for.
         to: the target of the result.
         lines: the lines of the source with code, in order.
-        whole: verdicts on the program as a whole, such as its size.
+        whole: verdicts on the program as a whole, such as on its size.
         assumed: the assumptions about facts missing from the text.
-        wiring: pairs of a wire of the source and of the target, each with its purpose.
+        wiring: triples: the purpose of a wire, its pin in the source, and its pin in the target.
     """
 
     where: str
@@ -103,18 +103,18 @@ class Report:
 
     @property
     def counts(self) -> dict[LineKind, int]:
-        """The number of lines of each kind."""
+        """The number of lines of each kind of verdict."""
         counted = Counter(line.kind for line in self.lines)
         return {kind: counted[kind] for kind in LineKind}
 
     @property
     def same(self) -> bool:
-        """True if every line, and the program as a whole, is the same."""
+        """True if the verdict on every line, and on the program as a whole, is "the same"."""
         kinds = [line.kind for line in self.lines] + [each.kind for each in self.whole]
         return all(kind is LineKind.SAME for kind in kinds)
 
     def of(self, number: int) -> ReportLine | None:
-        """Return the result for a line of the source, or None if the line has no code."""
+        """Return the report on the source line with the given number, or None if the line has no code."""
         return next((line for line in self.lines if line.number == number), None)
 
     def __iter__(self) -> Iterator[ReportLine]:

@@ -1,10 +1,10 @@
-"""A bench file for another part or controller: the program of each chip, and the wiring between the chips.
+"""Translates a bench file for another part or controller: each chip's program, and the wiring of the chips.
 
 If the target is one of our parts, the result is again a bench file, with the original comments: its
 chips are that part, and its wires, external signals and recordings name that part's pins.  With any
-other target there is a controller for each chip, which runs its program by itself, at the same time as
-the others; the wires between the controllers are listed, and must be connected by hand.  Tables without
-a counterpart are commented out, and listed.
+other target there is one controller per chip; it runs the program of that chip by itself, at the same
+time as the other controllers.  The wires between the controllers are listed, and must be connected by
+hand.  Tables of the bench file without a counterpart are commented out, and listed.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ SAME_LEVEL = ("output", "input", "step", "direction")  # roles whose levels are 
 
 @dataclass(frozen=True, slots=True)
 class BenchLine:
-    """An element of the bench other than a program, and its counterpart; `becomes` is empty if it has none."""
+    """An element of the bench other than a program, its counterpart `becomes` (empty: none), and advice."""
 
     what: str
     becomes: str = ""
@@ -50,10 +50,10 @@ class BenchTranslation:
     """A translated bench.
 
     Attributes:
-        where: the bench file.
+        where: the path of the source's bench file.
         to: the target.
         programs: the translations of the programs, by chip name.
-        lines: the wires and other tables, with their results.
+        lines: the wires and other tables, each with its counterpart.
         files: the texts to write, by file name.
     """
 
@@ -65,7 +65,7 @@ class BenchTranslation:
 
     @property
     def bench(self) -> str:
-        """The name of the bench file among the files; empty if the target is not one of our parts."""
+        """The name of the result's bench file in `files`; empty if the target is not one of our parts."""
         return RESULT if RESULT in self.files else ""
 
 
@@ -81,8 +81,9 @@ def translate_bench(
 
     Raises:
         UnknownName: the target does not exist.
-        UsageError: no chip has a program, or a host is connected to several chips.
-        BenchFileError, ProgramError: the bench, or a program, has errors.
+        UsageError: no chip has a program.
+        BenchFileError, ProgramError: the bench, or a program, has errors; also a host that is connected to
+            several chips.
     """
     name = known(to)
     file = BenchFile(path)
@@ -91,7 +92,7 @@ def translate_bench(
 
 @dataclass(slots=True)
 class _OneChip:
-    """A chip of the bench: its data sheet, its program, and its pins on the target.
+    """A chip of the source's bench: its data sheet, its translated program, and the target's pins by its own.
 
     `interrupted`: something on the bench may end a motion early.
     """
@@ -104,7 +105,7 @@ class _OneChip:
 
 
 class _BenchWriter:
-    """Writer for one bench file."""
+    """A writer that translates one bench file."""
 
     def __init__(self, file: BenchFile, to: str, options: WriterOptions, target_crystal: str | int | None) -> None:
         self.file, self.to, self.options, self.target_crystal = file, to, options, target_crystal
@@ -120,7 +121,7 @@ class _BenchWriter:
         self.absent: set[str] = set()  # names of parts that are left out
 
     def written(self) -> BenchTranslation:
-        """Return the result."""
+        """Return the translated bench."""
         self._programs()
         programs = {name: chip.done for name, chip in self.chips.items() if chip.done is not None}
         bench = {RESULT: self._bench()} if self.mine is not None else {}
@@ -130,12 +131,12 @@ class _BenchWriter:
         return BenchTranslation(str(self.file.path), self.to, programs, tuple(self.lines), files)
 
     def _without_absent(self, text: str) -> str:
-        """Return a program in which lines that concern left-out parts of the bench have become comments."""
+        """Return a program in which directives for parts that the bench leaves out have become comments."""
         names = "|".join(map(re.escape, sorted(self.absent)))
         return re.sub(rf"^(?=@\w+ ({names})\b)", "; NOT POSSIBLE: ", text, flags=re.M) if names else text
 
     def _programs(self) -> None:
-        """Translate the programs."""
+        """Translate the program of each host, for the chip to which the host is connected."""
         for number, (host, (text, where)) in enumerate(zip(self.file.tables.host, self.file.programs(), strict=True)):
             names = host.chips or list(self.chips)
             if len(names) != 1:
@@ -161,7 +162,7 @@ class _BenchWriter:
 
     # ------------------------------------------------------------------------------------------------------------- pins
     def pin(self, chip: str, name: str) -> str:
-        """Return the name of the target's pin with the same purpose; empty if there is no such pin."""
+        """Return the name of the target's pin with the purpose of pin `name` of a chip; empty if there is none."""
         one = self.chips[chip]
         if name in one.pins:
             return one.pins[name]
@@ -170,7 +171,7 @@ class _BenchWriter:
         return "" if mine is None else mine.name
 
     def inverted(self, chip: str, name: str) -> bool:
-        """Return whether the active level of the target's pin is opposite to that of the source's pin."""
+        """Return whether pin `name` of a chip and the target's pin for this purpose differ in their active level."""
         theirs = next((pin for pin in self.chips[chip].sheet.pins if pin.name == name), None)
         mine = self.mine.role(theirs.role) if self.mine is not None and theirs is not None and theirs.role else None
         if theirs is None or mine is None or theirs.role.startswith(SAME_LEVEL):
@@ -178,14 +179,14 @@ class _BenchWriter:
         return None not in (theirs.sense, mine.sense) and theirs.sense != mine.sense
 
     def _places(self, text: str) -> Iterator[tuple[str, str]]:
-        """Yield each chip pin that a text names, as a pair of chip and pin."""
+        """Yield each pin of a chip that a text names, as a pair of chip name and pin name."""
         names = "|".join(map(re.escape, self.chips))
         for found in re.finditer(rf"""(?<=["'])({names})\.(\w+)(?=["'])""", text):
             yield found[1], found[2]
 
     # -------------------------------------------------------------------------------------------------- our own parts
     def _bench(self) -> str:
-        """Return the bench file of the result."""
+        """Return the text of the result's bench file."""
         text = self.file.text
         starts = [found.start() for found in HEAD.finditer(text)]
         head = text[: starts[0]] if starts else text
@@ -202,7 +203,12 @@ class _BenchWriter:
         return "".join(out)
 
     def _leave_out(self, kinds: list[str], blocks: list[str]) -> None:
-        """Comment out the tables that cannot be used with the target, and list them."""
+        """Comment out the tables in `blocks` that cannot be used with the target, and list them.
+
+        Args:
+            kinds: the kind of table of each block; empty for a block that is not a table in use.
+            blocks: the texts of the result, in order.
+        """
         while True:
             file = BenchFile(self.file.path, text="".join(blocks))
             try:
@@ -223,7 +229,7 @@ class _BenchWriter:
                 return
 
     def _block(self, kind: str, number: int, block: str) -> str:
-        """Return a table of the result."""
+        """Return the translation of a table of the bench file: `block` is its text, `number` its index in its kind."""
         if kind == "chip":
             return self._chip(block)
         if kind == "host":
@@ -247,7 +253,7 @@ class _BenchWriter:
         return f"# CHECK: {remedy}\n{block}" if remedy else block
 
     def _chip(self, block: str) -> str:
-        """Return a [[chip]] table for the target, with its name and the straps that the target needs."""
+        """Return a [[chip]] table for the target, with the chip's name and the straps that the target needs."""
         assert self.mine is not None  # noqa: S101
         lines = []
         for line in block.splitlines(keepends=True):
@@ -268,7 +274,7 @@ class _BenchWriter:
         return "".join(lines)
 
     def _host(self, number: int, block: str) -> str:
-        """Return a [[host]] table that sends the translated program of the host's chip."""
+        """Return a [[host]] table that sends the translated program of the chip connected to the host."""
         host = self.file.tables.host[number]
         (name,) = host.chips or list(self.chips)
         if self.chips[name].done is None:
@@ -284,7 +290,7 @@ class _BenchWriter:
 
     # --------------------------------------------------------------------------------------------------- other targets
     def _listed(self) -> None:
-        """List the wiring between the controllers, which must be connected by hand."""
+        """List the wires and parts, which must be connected by hand, and the tables that are left out."""
         for kind, tables in (("wire", self.file.data.get("wire", [])), ("part", self.file.data.get("part", []))):
             for table in tables:
                 self._listed_table(kind, table)
@@ -319,7 +325,11 @@ class _BenchWriter:
 
 
 def may_interrupt(chip: Chip, driven: set[str]) -> bool:
-    """Return whether the bench may end a motion of a chip early: a pin with this effect is driven or wired."""
+    """Return whether the bench may end a motion of a chip early: a pin that does so is driven or wired.
+
+    Args:
+        driven: the pins that the bench file drives, as "chip.pin".
+    """
     pins = [chip.pin(pin.name) for pin in chip.sheet.pins if pin.role in ENDING]
     roots = [pin.net.root for pin in pins]
     return any(root.drivers or root.joined for root in roots) or not driven.isdisjoint(
@@ -328,5 +338,5 @@ def may_interrupt(chip: Chip, driven: set[str]) -> bool:
 
 
 def commented(block: str) -> str:
-    """Return a table with all its lines commented out."""
+    """Return the text of a table with all its lines commented out, except empty lines."""
     return "".join(f"# {line}" if line.strip() else line for line in block.splitlines(keepends=True))

@@ -2,7 +2,7 @@
 
 It is found by simulating the candidates, fastest first.
 
-A possible deviation from the data sheets of motor, driver and load is a function in `CHANGES` of
-`perturbations.py`, and a row of `USUAL` if it is tried by default.  The range of a search, and the
+Each possible deviation from the data sheets of motor, driver and load has a function in `CHANGES` of
+`perturbations.py` and, if it is tried by default, a row in `USUAL`.  The range of a search, and the
 spacing of its values, are in each chip's `ramps.py`.
 """

@@ -1,4 +1,4 @@
-"""The candidates: the chip's moves at the points of a grid, ordered by duration, fastest first."""
+"""The candidates: a chip's moves, one per point of a grid of ramp parameters, fastest first."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class Candidates:
         return len(self.order)
 
     def values(self, place: int) -> dict[str, Value]:
-        """Return the values at a grid point."""
+        """Return the values of the ramp parameters at a grid point, by name."""
         return self.grid.at(place)
 
     def ramp(self, place: int) -> Ramp:

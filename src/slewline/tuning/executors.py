@@ -81,7 +81,7 @@ class WorkerContext(SpawnContext):
 
 @contextmanager
 def cancelled_quietly() -> Iterator[None]:
-    """Hide the error that a pool's own thread raises at a cancelled task when the workers are killed."""
+    """Hide the error that a pool's internal thread raises for a cancelled task when the workers are killed."""
     from concurrent.futures import InvalidStateError
 
     before = threading.excepthook
@@ -99,7 +99,7 @@ def cancelled_quietly() -> Iterator[None]:
 
 @contextmanager
 def processes(jobs: int) -> Iterator[Workers]:
-    """Yield a pool of processes on this machine; with one job, no process is started.
+    """Yield a pool of `jobs` processes on this machine; with one job, this process makes the runs itself.
 
     Raises:
         UsageError: the number of processes is not allowed.
@@ -132,8 +132,8 @@ def dask(address: str) -> Iterator[Workers]:
     A cluster runs any code sent to it as pickles, so use only your own cluster.
 
     Raises:
-        UsageError: Dask is not installed, or the cluster is not found, has no workers, or has another version of
-            slewline.
+        UsageError: Dask is not installed, the cluster is not found or has no workers, or a worker's version
+            of slewline differs from that of this process.
     """
     try:
         make: Any = import_module("distributed").Client  # typed only in some versions
@@ -167,7 +167,7 @@ def version_here() -> str:
 
 
 def _check_versions(client: Any, where: str) -> None:
-    """Refuse workers with another version of slewline, whose verdicts may differ."""
+    """Refuse workers whose version of slewline differs from that of this process, since verdicts may differ."""
     for worker, found in sorted(client.run(version_here, on_error="return").items()):
         if found != __version__:
             has = f"slewline {found}" if isinstance(found, str) else f"no slewline ({_first_line(found)})"

@@ -1,11 +1,11 @@
-"""The grid: the values of ramp parameters, and their neighbours.
+"""The grid: the values of ramp parameters, and the neighbours of each grid point.
 
 F=3..10             every integer
 S=1..254/8          eight values, evenly spaced in the parameter's `measure`
 R=4..40 by 4        every fourth value
 R=4,8,15            these values
-R=400 steps/s..4000 steps/s/12      rates with their unit
-R=120 rpm..1200 rpm/12              or in rpm or rev/s, if the motor's steps per revolution are known
+R=400 steps/s..4000 steps/s/12      twelve rates, with their unit
+R=120 rpm..1200 rpm/12              also in rpm or rev/s, if the motor's steps per revolution are known
 """
 
 from __future__ import annotations
@@ -47,11 +47,11 @@ class Grid:
         return prod(map(len, self.values))
 
     def at(self, place: int) -> dict[str, Value]:
-        """Return the values at a grid point."""
+        """Return the values of the parameters at a grid point, by name."""
         return {name: of[digit] for name, of, digit in zip(self.names, self.values, self.digits(place), strict=True)}
 
     def digits(self, place: int) -> tuple[int, ...]:
-        """Return the index of each parameter's value at a grid point."""
+        """Return, for each parameter, the index of its value at a grid point."""
         found = []
         for of in reversed(self.values):
             place, digit = divmod(place, len(of))
@@ -70,7 +70,7 @@ class Grid:
 
     @property
     def free(self) -> tuple[str, ...]:
-        """The parameters with more than one value."""
+        """The names of the parameters with more than one value."""
         return tuple(name for name, of in zip(self.names, self.values, strict=True) if len(of) > 1)
 
     def __str__(self) -> str:
@@ -84,7 +84,7 @@ def _short(values: Sequence[Value]) -> str:
 def read_grid(
     calculator: Calculator, given: str | Mapping[str, Given] | None, crystal_hz: int, per_turn: int | None = None
 ) -> Grid:
-    """Return the grid described by a user; omitted parameters have their default values (`tried`).
+    """Return the grid described by a user; omitted parameters have default values (`RampParameter.tried`).
 
     Args:
         per_turn: the motor's steps per revolution, for rates in rpm or rev/s; None if there is no motor.
@@ -126,7 +126,7 @@ def _sizes(grid: Grid) -> str:
 
 
 def _split(part: str, text: str) -> dict[str, Given]:
-    """Return the values of each parameter, as text."""
+    """Return the text of each parameter's values, by the parameter's name, from the text of a whole grid."""
     found = list(_NAME.finditer(text))
     before = text[: found[0].start()] if found else text
     if before.strip():
@@ -143,7 +143,7 @@ def _split(part: str, text: str) -> dict[str, Given]:
 def _values(
     calculator: Calculator, quantity: RampParameter, given: Given | None, hz: int, per_turn: int | None
 ) -> tuple[Value, ...]:
-    """Return the values of a parameter, in ascending order."""
+    """Return the values of a parameter in ascending order; if none are given, its default values."""
     where = f"{calculator.sheet.part}: {quantity.name}"
     if given is None:
         if not quantity.tried and quantity.default is None:
@@ -167,14 +167,14 @@ def _values(
 
 
 def _value(calculator: Calculator, quantity: RampParameter, given: object, hz: int, per_turn: int | None) -> Value:
-    """Return a value; a rate may be in rpm or rev/s, if the steps per revolution are known."""
+    """Return a given value of a parameter; a rate may be in rpm or rev/s, if `per_turn` is known."""
     if isinstance(given, str) and per_turn is not None:
         given = in_steps(given, per_turn)
     return value_of(calculator, quantity, given, hz)
 
 
 def _spoken(calculator: Calculator, quantity: RampParameter, text: str, hz: int, per_turn: int | None) -> list[Value]:
-    """Return the values in a text."""
+    """Return the values of a parameter from their text, such as "4,8,15" or "1..254/8"."""
     where = f"{calculator.sheet.part}: {quantity.name} {text!r}"
     if quantity.arg is None:
         return [value_of(calculator, quantity, each.strip(), hz) for each in text.split(",")]

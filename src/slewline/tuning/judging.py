@@ -1,4 +1,7 @@
-"""The judge: decides whether a move stays in step under a scenario.  A pure function of plain data, for executors."""
+"""The judge: decides whether a move stays in step under a scenario.
+
+It is a pure function of plain data, so that any executor can run it.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +32,7 @@ class Trial:
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """The result of a trial: `lost`, whether steps were lost; the lag at rest, and the maximum lag, full steps."""
+    """The result of a trial: whether steps were lost; the lag at rest (`error`) and at most, full steps."""
 
     lost: bool
     error: float
@@ -39,8 +42,9 @@ class Verdict:
 def judge(run: Trial) -> Verdict:
     """Return the verdict on a move: whether its lag is so large, at rest or in motion, that steps are lost.
 
-    A lag of 0.6 full steps or more at rest, or of more than 3.9 in motion, is too large.  The rotor may ring
-    for a while: it is observed until its lag has been below 0.6 for 15 ms, or until 0.6 s have passed.
+    A lag of 0.6 full steps or more at rest, or of more than 3.9 in motion (2.9 for a three-phase reluctance
+    motor), is too large.  The rotor may ring after the last step: it is observed until its lag has been
+    below 0.6 for 15 ms; if this does not happen within 0.6 s, steps are lost.
     """
     import numpy as np
 
@@ -68,14 +72,14 @@ def judge(run: Trial) -> Verdict:
 
 @lru_cache(maxsize=64)
 def law_of(scenario: Scenario) -> MotorLaw:
-    """Return the motor law of a scenario."""
+    """Return the law of motion for the motor, driver and load of a scenario."""
     from ..parts.motors.law import MotorLaw
 
     return MotorLaw(scenario.motor, scenario.driver, scenario.load, scenario.stepping, scenario.step_ps)
 
 
 def engine() -> str:
-    """Return the fastest available engine; all engines produce the same results, bit for bit."""
+    """Return the name of the fastest engine available; all engines produce the same results, bit for bit."""
     from ..parts.motors.integration import numba_is_there
 
     return "numba" if numba_is_there() else "python"

@@ -1,4 +1,4 @@
-"""Possible deviations from the data sheets, as rows, each of which changes motor, driver and load."""
+"""Possible deviations from the data sheets, as rows; each row changes properties of motor, driver and load."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def supply(system: System, factor: float) -> System:
 
 
 def current(system: System, factor: float) -> System:
-    """Return a system whose current is multiplied by a factor, through the resistance if resistors set the current."""
+    """Return a system whose current is multiplied by a factor; if resistors set it, by changing the resistance."""
     motor, driver, load = system
     if driver.kind in ("voltage", "bilevel"):
         series = (motor.resistance + driver.series) / factor - motor.resistance
@@ -71,7 +71,7 @@ CHANGES: dict[str, Callable[[System, float], System]] = {
 # -------------------------------------------------------------------------------------------------------------- rows
 @dataclass(frozen=True, slots=True)
 class Perturbation:
-    """Changes to a system that are applied together, as pairs (quantity, factor)."""
+    """Changes to a system (motor, driver, load) that are applied together, as pairs (quantity, factor)."""
 
     name: str
     changes: tuple[tuple[str, float], ...] = ()
@@ -109,11 +109,13 @@ EXAMPLE = 'such as "load 20%, supply -10%" (without a sign: both up and down), o
 
 
 def read_perturbations(given: str | Iterable[Perturbation] | None) -> tuple[Perturbation, ...]:
-    """Return the rows that a user selects, always including the nominal one; for None, the usual rows.
+    """Return the perturbations that a user selects, and always the nominal row, which changes nothing.
+
+    For None, return the usual rows (`USUAL`).
 
     Raises:
         UnknownName: a quantity does not exist.
-        UsageError: the text does not have the form "load 20%, supply -10%".
+        UsageError: the text does not have the form "load 20%, supply -10%", or a reduction is 100 % or more.
     """
     if given is None:
         return USUAL
@@ -147,7 +149,7 @@ def _rows(item: str) -> Iterator[Perturbation]:
 # --------------------------------------------------------------------------------------------------------- scenarios
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """A condition under which a candidate is judged; `first` is the commanded step from which the move begins."""
+    """A condition under which a candidate is judged; `first` is the commanded step at which the move begins."""
 
     name: str
     motor: MotorData
@@ -163,7 +165,9 @@ class Scenario:
 def scenarios(
     system: System, rows: Sequence[Perturbation], stepping: str, step_ps: int, suffix: str = ""
 ) -> tuple[Scenario, ...]:
-    """Return a scenario for each differing row in both directions; for half steps, also from an odd step.
+    """Return scenarios for all rows with different effects, in both directions.
+
+    For half steps, there are further scenarios in which the move begins at an odd step.
 
     Args:
         suffix: a suffix for the names of all scenarios.

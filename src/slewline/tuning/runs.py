@@ -21,7 +21,7 @@ Order = Callable[[int], Sequence[Scenario]]  # by number in the row: the scenari
 
 
 class Outcome(NamedTuple):
-    """A candidate's outcome: the scenario in which it fails, if any, and its maximum lag up to that scenario."""
+    """A candidate's outcome: the scenario in which it fails, if any, and its maximum lag until then."""
 
     place: int
     killer: Scenario | None
@@ -83,7 +83,7 @@ class Runs:
 
     Args:
         judge: a pure function that can be pickled.
-        log: earlier verdicts, and the file for new ones.
+        log: earlier verdicts, and the file for new ones; None if verdicts are not kept.
     """
 
     def __init__(self, judge: Judge, candidates: Candidates, workers: Workers, log: Log | None) -> None:
@@ -94,7 +94,7 @@ class Runs:
         self.killed: Counter[str] = Counter()  # candidates, by the scenario in which they failed
 
     def outcomes(self, places: Sequence[int], order: Order, known: Callable[[int], int]) -> Iterator[Outcome]:
-        """Yield the outcomes of grid points in the order of the points, whatever the order of computation.
+        """Yield the outcomes of grid points in the order of `places`, whatever the order of computation.
 
         Args:
             order: a function that returns the scenarios of the nth candidate.
@@ -135,7 +135,10 @@ class Runs:
             self._land(row, normal)
 
     def _go_on(self, chain: _Chain, row: _Row) -> None:
-        """Advance a chain as far as verdicts are known; then record its outcome, or submit its next run."""
+        """Advance a chain as far as verdicts are known; then record its outcome, or submit its next run.
+
+        If another chain has already submitted the same run, wait for that run instead.
+        """
         outcome = chain.follow(self.verdicts)
         if outcome is not None:
             row.done[chain.number] = outcome
@@ -166,7 +169,10 @@ class Runs:
         self.verdicts[chain.asks] = verdict
 
     def _land(self, row: _Row, normal: bool) -> None:
-        """Cancel the runs that have not begun, and record those finished; if nothing has failed, wait for the rest."""
+        """Cancel the runs that have not begun, and record the finished ones.
+
+        If nothing has failed (`normal`), first wait for the runs in progress.
+        """
         left = {future: chain for future, chain in row.flying.items() if not future.cancel()}
         if normal:
             wait(left)

@@ -1,8 +1,10 @@
-"""The search: moves are judged fastest first, each under the most frequent causes of failure first, until one holds.
+"""The search: moves are judged fastest first, each under the most frequent causes of failure first.
 
-No conclusion is drawn from one move about another: the first that holds under every scenario is the fastest in the
-grid, whatever the shape of the region that holds.  The scenarios of the nth candidate are ordered by the failures among
-the first n/2, so the result depends neither on how many runs are in flight nor on which of them finishes first.
+A move holds if it loses no steps under any scenario; the search ends with the first move that holds.  No
+conclusion is drawn from one move about another, so that first move is the fastest that holds, whatever
+the shape of the region of moves that hold.  The scenarios of the nth candidate are ordered by the
+failures among the first n/2 candidates, so the result depends neither on how many runs are in flight nor
+on which of them finishes first.
 """
 
 from __future__ import annotations
@@ -38,7 +40,7 @@ OnProgress = Callable[[Progress], object]
 
 @dataclass(frozen=True, slots=True)
 class Picked:
-    """The fastest move that holds, the recommended move, and whether the latter also holds when switching."""
+    """The fastest move that holds, the recommended move, and whether the latter was also judged when switching."""
 
     best: Outcome | None
     recommended: Outcome | None
@@ -49,10 +51,10 @@ class BestFirst:
     """One search.
 
     Args:
-        runs: the runs to be judged.
+        runs: all known verdicts, and the computation of further ones.
         scenarios: all scenarios under which a move must hold.
         switching: the same scenarios with a switching chopper, for the recommended move; may be empty.
-        whole: judge every candidate, under the nominal scenarios first, which results in a map.
+        whole: True to judge every candidate, under the nominal scenarios first; the result is a map.
     """
 
     def __init__(
@@ -71,7 +73,7 @@ class BestFirst:
         self._counted = 0
 
     def find(self) -> Picked:
-        """Return the fastest move that holds, and the recommended move."""
+        """Return the fastest move that holds, and the recommended move; None for a move that does not exist."""
         best: Outcome | None = None
         for outcome in self.runs.outcomes(self.candidates.order, self._order, lambda number: number // 2):
             self.known[outcome.place] = outcome
@@ -93,7 +95,7 @@ class BestFirst:
 
     # ----------------------------------------------------------------------------------------------- order of scenarios
     def _order(self, number: int) -> Sequence[Scenario]:
-        """Return the scenarios of the nth candidate, ordered by failures among the first n/2."""
+        """Return the scenarios of the nth candidate, the most frequent causes of failure among the first n/2 first."""
         while self._counted < number // 2:
             killer = self._killers[self._counted]
             if killer is not None:
@@ -106,7 +108,7 @@ class BestFirst:
 
     # ------------------------------------------------------------------------------------------------- the recommended
     def _recommended(self, best: Outcome) -> Picked:
-        """Return the best move, and the fastest move that has enough margin to be recommended."""
+        """Return `best`, and the fastest move that has enough margin to be recommended (None if there is none)."""
         order = self._sorted(Counter(filter(None, self._killers)))
         first = self.candidates.rank[best.place]
         for done, place in enumerate(self.candidates.order[first:], first):
@@ -131,7 +133,10 @@ class BestFirst:
             yield outcome
 
     def _switched(self, place: int, around: Sequence[int]) -> bool:
-        """Return whether a move holds with the switching chopper, and its neighbours do so without perturbations."""
+        """Return whether a move and its grid neighbours (`around`) hold with a switching chopper.
+
+        The neighbours are judged without perturbations.  If there are no switching scenarios, return True.
+        """
         nominal = [each for each in self.switching if each.nominal]
         if not self.switching:
             return True

@@ -3,8 +3,8 @@
     {"tune": 1, "digest": "5c0f...", "slewline": "0.1.0", "task": {...}}
     {"move": "9a1e...", "values": {"F": 3, ...}, "run": "nominal, forward", "lost": false, "error": 0.02, "worst": 1.4}
 
-A line without a line end was being written when the process was killed, and is cut off.  Only one sweep at a time
-writes to a log, which it locks meanwhile.
+A last line without a line end, which was being written when the process was killed, is cut off.  A sweep
+locks its log, so that no other sweep can write to it.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _ABSENT = "missing"
 
 
 def digest(task: Mapping[str, Any]) -> str:
-    """Return the digest of a task and the version of slewline."""
+    """Return a digest of a task together with the version of slewline."""
     text = json.dumps([VERSION, __version__, task], sort_keys=True)
     return blake2b(text.encode(), digest_size=16).hexdigest()
 
@@ -39,7 +39,7 @@ def interrupted(log: Log | None, here: int, most: int | None) -> str:
 
     Args:
         here: the number of runs judged since the start of this session.
-        most: the maximum number of runs; None if they have not been counted yet.
+        most: the maximum number of runs in the whole search; None if they have not been counted yet.
     """
     of = "" if most is None else f" of up to {most:,}"
     if log is None:
@@ -119,7 +119,7 @@ class Log:
 
     @property
     def runs(self) -> int:
-        """The number of complete verdicts in the file, including any that an interrupted `add` has not counted."""
+        """The number of complete verdicts in the file, even if an `add` was interrupted after its writing."""
         return Path(self.path).read_bytes().count(b"\n") - 1
 
     def add(self, key: tuple[str, str], values: Mapping[str, Any], verdict: Verdict) -> None:

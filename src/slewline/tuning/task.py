@@ -44,7 +44,7 @@ class TuningTask:
         return scenarios(self.system, self.perturbations, self.stepping, self.step_ps)
 
     def switching(self) -> tuple[Scenario, ...]:
-        """Return the scenarios with a switching chopper in place of an averaged one; empty for any other driver."""
+        """Return the scenarios with a switching chopper, if the driver is an averaged one; otherwise empty."""
         if self.driver.kind != "averaged":
             return ()
         system = self.motor, replace(self.driver, kind="chopper"), self.load
@@ -65,8 +65,8 @@ class Chosen:
 
     Attributes:
         values: the move's parameters, by name.
-        time_ps: the time of the move, ps.
-        worst: the maximum lag under any perturbation, in full steps.
+        time_ps: the duration of the move, ps.
+        worst: the maximum lag under all perturbations, in full steps.
     """
 
     values: Mapping[str, Value]
@@ -85,9 +85,9 @@ class MapPlace:
     Attributes:
         values: the move's parameters, by name.
         time_ps: the duration of the move, ps; None if the part refuses the move.
-        description: the verdict: "holds", "fails", "fails nominally" (without any perturbation) or "refused".
-        killer: the perturbation under which the move fails; None if it holds or if the part refuses it.
-        worst: the maximum lag, in full steps; None if it was not computed.
+        says: the verdict: "holds", "fails", "fails nominally" (without any perturbation) or "refused".
+        killer: the name of the scenario in which the move fails; None if it holds or if the part refuses it.
+        worst: the maximum lag, in full steps; None if the part refuses the move.
     """
 
     values: Mapping[str, Value]
@@ -98,7 +98,7 @@ class MapPlace:
 
 
 class NothingHolds(UsageError):
-    """A grid in which every candidate loses steps, so none can be recommended."""
+    """The error raised if every candidate in the grid loses steps, so that none can be recommended."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -107,16 +107,16 @@ class Tuned:
 
     Attributes:
         task: the task, with motor, driver and load.
-        candidates: the number of candidates in the grid.
-        refused: the number of candidates that the part refuses.
-        best: the fastest move that holds; None if none does.
+        candidates: the number of grid points whose moves the part accepts.
+        refused: the number of grid points whose moves the part refuses.
+        best: the fastest move that holds, that is, loses no steps in any scenario; None if none does.
         recommended: the fastest move with a margin to all failing moves; None if there is none.
         switched: True if the recommended move was judged with the switching chopper as well.
         runs: the number of runs on which the result is based.
-        runs_here: the number of those runs that were computed in this session.
-        exhaustive: the number of runs that a full map would require.
-        killers: the number of candidates that failed under each perturbation, by perturbation name.
-        map: every candidate, if all were judged; otherwise empty.
+        runs_here: the number of runs that were computed in this session.
+        exhaustive: the number of runs of all candidates in all scenarios.
+        killers: the number of candidates that failed in each scenario, by the scenario's name.
+        map: every grid point, if all candidates were judged; otherwise empty.
     """
 
     task: TuningTask
@@ -140,12 +140,12 @@ class Tuned:
 
     @property
     def assumed(self) -> tuple[str, ...]:
-        """The assumptions made for omitted motor figures, as text; empty for a motor given by name."""
+        """The assumptions made for omitted motor figures, as texts; empty for a motor given by name."""
         return assumptions(self.task.given.get("motor"))
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Effects, apart from the ramps, that may decide the result, such as a large chopper ripple, as text."""
+        """Effects other than the ramps that may decide the result, such as a large chopper ripple, as texts."""
         return chopper_notes(self.task.motor, self.task.driver, self.task.given.get("driver"))
 
     @property

@@ -29,7 +29,7 @@ def resonance(system: System) -> float:
 
 
 def pull_out(system: System, stepping: str, rates: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the pull-out torques (N m) at some rates (full steps/s), from the current the supply can drive."""
+    """Return the pull-out torques (N m) at given rates (full steps/s), limited by the supply."""
     import numpy as np
 
     motor, driver, _ = system
@@ -52,7 +52,7 @@ def pull_out(system: System, stepping: str, rates: NDArray[np.float64]) -> NDArr
 
 
 def demand(system: System, times: NDArray[np.int64], micro: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return a move's rates (full steps/s), and the torques (N m) that inertia, friction and load then require."""
+    """Return a move's rates (full steps/s), and at each the torque (N m) for inertia, friction and load."""
     import numpy as np
 
     motor, _, load = system

@@ -53,14 +53,14 @@ def tune(
 ) -> Tuned:
     """Return the fastest ramp in a grid with which a motor loses no steps, and the recommended ramp.
 
-    The moves are computed as the part makes them.  A move fails if the rotor is 0.6 full steps or more from its
-    commanded position at rest, or more than 3.9 during the move (2.9 for a three-phase reluctance motor), under any
-    perturbation.  The recommended move is the fastest one whose grid neighbours all hold and whose lag never exceeds
-    1.8 full steps.
+    The step times of each move are those of the part itself.  A move fails if, under any perturbation, the
+    rotor is 0.6 full steps or more from its commanded position at rest, or more than 3.9 during the move
+    (2.9 for a three-phase reluctance motor); otherwise it holds.  The recommended move is the fastest one
+    whose grid neighbours all hold and whose lag never exceeds 1.8 full steps.
 
     Args:
         part: the part number, "cy525", "gs-c200" ...
-        motor, driver, load: the names of built-in ones, descriptions as text, tables, or your own data.
+        motor, driver, load: for each, the name of a built-in one, a description, a table, or your own data.
         steps: the number of steps of the move, from rest to rest.
         grid: the parameter values to try, such as "F=3..10 R=4..40 S=1..254/8", or a mapping; omitted parameters have
             default values.
@@ -77,7 +77,7 @@ def tune(
     Raises:
         UnknownName: a part, parameter, motor or perturbation does not exist.
         UsageError: a value is out of range, the store cannot be used, or the executor fails.
-        NothingHolds: every candidate loses steps (with `full_map` the map is returned instead).
+        NothingHolds: every candidate loses steps (with `full_map`, the result with its map is returned).
         KeyboardInterrupt: Ctrl-C was pressed; the text states the number of runs in the store.
     """
     task, calculator = task_of(part, motor, driver, load, steps, grid, perturb, stepping, crystal, options)
@@ -97,7 +97,7 @@ def task_of(
     crystal: str | int | None = None,
     options: Mapping[str, Any] | None = None,
 ) -> tuple[TuningTask, Calculator]:
-    """Return the task that a user describes; the arguments and exceptions are those of `tune`."""
+    """Return a user's task, and the part's ramp calculator; arguments and exceptions are as for `tune`."""
     calculator = ramps_of(part, options)
     name = calculator.sheet.part
     hz = calculator.sheet.crystal_hz if crystal is None else crystal_for(calculator.sheet, crystal)
@@ -125,7 +125,7 @@ def perform(
     on_progress: OnProgress = lambda _: None,
     judge: Judge = judge,
 ) -> Tuned:
-    """Search the grid of a task; the arguments and exceptions are those of `tune`."""
+    """Search the grid of a task, and return the result; arguments and exceptions are as for `tune`."""
     log = None if store is None else Log(str(store), task.as_json())
     most = None
     runs: Runs | None = None
@@ -171,7 +171,7 @@ def perform(
 
 
 def _map(search: BestFirst) -> Iterable[MapPlace]:
-    """Yield every grid point, in grid order."""
+    """Yield every grid point with its verdict, in grid order."""
     candidates = search.candidates
     for place in range(candidates.grid.size):
         values = candidates.values(place)

@@ -48,7 +48,7 @@ def bench_file(tuned: Tuned, calculator: Calculator) -> str:
 
 
 def _given(value: Any) -> Any:
-    """Return the bench entry for a motor, driver or load: its text, its table, or its non-default figures."""
+    """Return the bench entry for a motor, driver or load: the text or table given, or the non-default figures."""
     if is_dataclass(value) and not isinstance(value, type):
         usual = {each.name: each.default for each in fields(value)}
         return {name: of for name, of in asdict(value).items() if of != usual[name] and name not in ("name", "source")}

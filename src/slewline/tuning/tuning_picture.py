@@ -56,7 +56,7 @@ def save_tuning(
 
 
 def picture_of(tuned: Tuned, calculator: Calculator) -> TuningPicture:
-    """Return the picture of the chosen move, which is the recommended or else the fastest one.
+    """Return the picture of the chosen move: the recommended one or, if there is none, the fastest that holds.
 
     Raises:
         NothingHolds: no move was found.
@@ -71,7 +71,10 @@ def _values_text(calculator: Calculator, values: object) -> str:
 
 
 def _map(tuned: Tuned, calculator: Calculator) -> GridMap | None:
-    """Return the map over the two parameters with the most values (others as in the chosen move), or None."""
+    """Return the map over the two parameters with the most values; the others are as in the chosen move.
+
+    None if there is no map, or if no parameter has more than one value.
+    """
     grid, chosen = tuned.task.grid, tuned.chosen
     sizes = dict(zip(grid.names, map(len, grid.values), strict=True))
     names = sorted(grid.free, key=lambda name: -sizes[name])[:2]
@@ -101,7 +104,10 @@ def _map(tuned: Tuned, calculator: Calculator) -> GridMap | None:
 
 
 def _curve(tuned: Tuned, calculator: Calculator) -> TorqueCurve:
-    """Return the pull-out curve with the torque demands of the chosen move and of the next faster move that fails."""
+    """Return the pull-out curve, and the torque demands of the chosen move and of a faster move that fails.
+
+    Of several such faster moves, the slowest is used; if there is none, its torque demand is omitted.
+    """
     import numpy as np
 
     task, chosen = tuned.task, tuned.chosen
@@ -150,7 +156,7 @@ def _lag(tuned: Tuned, calculator: Calculator) -> LagCurve:
 
 
 def outline(values: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Return the indices to be drawn, (n,) ascending: those of the minimum and the maximum in each stretch."""
+    """Return the indices to be drawn, (n,) ascending: both ends, and each stretch's minimum and maximum."""
     import numpy as np
 
     if len(values) <= 2 * STRETCHES:

@@ -58,7 +58,7 @@ class FlowHost(Host):
 
     @property
     def idle(self) -> bool:
-        """True while nothing is queued and no message is being read."""
+        """True while nothing is queued and no message from the chip is being read."""
         return not self.port.taken and not self.port.offered and self.queue.idle
 
     def _rest(self) -> None:
@@ -67,7 +67,7 @@ class FlowHost(Host):
     # ------------------------------------------------------------------------ the queue, which is what a journal keeps
     @from_outside
     def write(self, chip: str, data: Sequence[int]) -> None:
-        """Queue bytes for the chip with a name."""
+        """Queue bytes to be sent to the chip with the given name."""
         served(self.name, self.chips, chip)
         data = as_bytes(self.name, data)
         self.input("write", chip, data)
@@ -76,7 +76,7 @@ class FlowHost(Host):
 
     @from_outside
     def query(self, chip: str, command: str) -> Request[str | bytes]:
-        """Queue a query; whether it is sent as text or in binary depends on the mode at the time of sending."""
+        """Queue a query to a chip; the mode at the time of sending decides whether it is sent as text or in binary."""
         served(self.name, self.chips, chip)
         self.port.shadow.query(self.name, command)
         self.input("query", chip, command)
@@ -89,7 +89,7 @@ class FlowHost(Host):
 
     @from_outside
     def heed(self, on: bool | None) -> None:
-        """Obey FPL from now on (True), ignore it (False), or decide by the mode commands that the host has sent (None).
+        """Obey FPL from now on (True), ignore FPL (False), or decide by the host's own mode commands (None).
 
         Raises:
             UsageError: `on` is not True, False or None.
@@ -123,7 +123,7 @@ class FlowHost(Host):
 
     @answering("host.ask()", TO_ONE)
     def ask(self, command: str, timeout: Time = "5 s") -> str | bytes:
-        """Send a query such as "? P", and return the answer of the chip on the bus: text, or bytes in binary mode.
+        """Send a query such as "? P", and return the chip's answer on the bus: text, or bytes in binary mode.
 
         Raises:
             UsageError: the command has no answer.

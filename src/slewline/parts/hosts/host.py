@@ -1,4 +1,4 @@
-"""A host computer: the calls that every host has, over any channel.
+"""A host computer: the calls that every host has, regardless of its channel.
 
     send(data)       queue data unchanged; they are sent as fast as the chip accepts them
     ask(command)     send a command, let time pass until the answer, and return it
@@ -6,10 +6,12 @@
     got(data)        condition for `run_until`: these data have been received
     drop()           drop the queue; a request that is being sent is completed
     clear()          drop all requests, and release the lines
-    idle, waiting    True while nothing is queued; the current activity
+    idle             True while nothing is queued
+    waiting          the current activity, in words
 
-A host sees the wires and the data sheet of a chip (`connection.py`), never the chip itself.  It has an end on the
-channel, a request queue, and shadow registers if its part cannot be read:
+A host sees the wires and the data sheet of a chip (`connection.py`), never the chip itself.  It has an
+end on the channel, a request queue, and, if the chip's mode cannot be read, shadow registers.  The
+hosts, their ends on the channel, and the calls that they add:
 
     BusHost         a CommandPort for each chip (ends/)                verify, live, change_rate ...
     PacketHost      a PacketPort for each chipset                 command, query, axis, wait ...
@@ -77,7 +79,7 @@ class Host(Part):
 
     @property
     def channel(self) -> Channel:
-        """Channel between host and selected chip."""
+        """Channel between the host and the selected chip."""
         return self.chip.channel
 
     def to(self, chip: str | Chip | Connection) -> Self:
@@ -109,7 +111,7 @@ class Host(Part):
 
         Raises:
             UsageError: the text is not a command, or the command has no answer.
-            ChecksumError: the checksum is wrong, or a character has a parity or framing error.
+            ChecksumError: the answer has a wrong checksum, or a character with a parity or framing error.
             Timeout: no answer within `timeout`, in virtual time; the message names the missing event.
         """
         raise NotImplementedError
@@ -130,7 +132,7 @@ class Host(Part):
 
     @property
     def _begun(self) -> bool:
-        """True if the first request has already affected the lines."""
+        """True if the first request in the queue has already affected the lines."""
         return self.queue.begun
 
     @from_outside
@@ -142,17 +144,17 @@ class Host(Part):
 
     @from_outside
     def give_up(self) -> None:
-        """Cancel the last request, because it took too long; requests queued later are performed as usual."""
+        """Cancel the last request in the queue, because it took too long; later requests are performed as usual."""
         self.input("give_up")
         self.queue.cancel_last()
 
     def _rest(self) -> None:
-        """Release the lines, because a request under way has been cut short."""
+        """Release the lines, because the request under way has been cut short."""
         raise NotImplementedError
 
     @property
     def waiting(self) -> str:
-        """Event or condition that the host waits for."""
+        """Description of the host's current activity: the request under way, or that there is nothing to send."""
         return f"{self.name}: nothing to send" if self.idle else self.queue.waiting
 
 

@@ -4,9 +4,9 @@
     host.query("GET_STATUS")                31             -> 0300, checksum 0331
     host.ask("GET_STATUS")                  the same, with the command as text
 
-A packet ends when HostRdy is high again after its last word.  The host remembers the current axis, so that axis(2)
-sends SET_2 only if another axis is current.  A wrong checksum raises an error in a call that waits for the packet; it
-is always a finding of the host, too.
+A packet ends when HostRdy is high again after its last word.  The host remembers the current axis, so
+that axis(2) sends SET_2 only if another axis is current.  A wrong checksum is always a finding of the
+host; a call that waits for the packet also raises an error.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ LONGEST_READ = 1 << 10  # bytes of one operation; a packet has fewer than ten
 
 
 class Result(NamedTuple):
-    """The result of a script command: the axis, the command, and the value that it returned."""
+    """The result of a script command: the axis, the command, and the value that the command returned."""
 
     axis: int
     command: str
@@ -54,7 +54,7 @@ class PacketHost(Host):
 
     Attributes:
         received: all words read, a list of ints, 0 to 65535.
-        results: the results of a script's commands: axis, command, value.
+        results: the results of a script's commands, each with axis, command and value.
     """
 
     _for_users: ClassVar[tuple[str, ...]] = (
@@ -120,7 +120,7 @@ class PacketHost(Host):
             raise UsageError(f"{self.name}: axis {number!r}; allowed 1..{axes} for {chip}")
 
     def _rest(self) -> None:
-        """Release the lines of every chip."""
+        """Release the lines to every chipset."""
         for port in self.ports.values():
             port.rest()
 
@@ -176,7 +176,7 @@ class PacketHost(Host):
     def packet(
         self, code: int, *words: int, reads: int = 0, checksum: bool = True, axis: int = UNKNOWN, timeout: Time = "5 s"
     ) -> tuple[int, ...]:
-        """Send any packet: a command byte and words; then read words, and return them.
+        """Send any packet: write a command byte and words; then read words, and return the words read.
 
         Args:
             code: the command byte, 0 to 255.
@@ -192,10 +192,10 @@ class PacketHost(Host):
         return self.queue.result(self._queue(Packet(code, words, reads, checksum), axis), timeout)
 
     def send(self, data: str | bytes, axis: int = UNKNOWN) -> None:
-        """Queue packets: as text, one command per line; or as bytes, a command byte and the bytes of its words.
+        """Queue commands given as text, one per line; or one packet given as bytes: command byte, then words.
 
         Raises:
-            UsageError: a line of the text is not a command; nothing is then queued.
+            UsageError: a line of the text is not a command; in this case nothing is queued.
         """
         if isinstance(data, str):
             for command in [
@@ -207,11 +207,11 @@ class PacketHost(Host):
             self.strobe(self.port.chip, part, is_command, *USUAL)
 
     def wait(self, bit: str, timeout: Time = "60 s", every: Time = POLL, axis: int = UNKNOWN) -> int:
-        """Poll the status word until a bit is 1, or, if its name begins with "!", 0; return the status word.
+        """Poll the status word until a bit is 1 (or 0, if `bit` begins with "!"); return the status word.
 
         Args:
-            bit: "motion_complete", "!in_motion" ...; after an update, "!in_motion" first waits for the cycle in which
-                the update takes effect.
+            bit: "motion_complete", "!in_motion" ...; after an update, "!in_motion" first waits for the cycle in
+                which the update takes effect.
             timeout: the longest wait, in virtual time.
             every: the pause between two polls.
             axis: as for `command`.
@@ -219,7 +219,7 @@ class PacketHost(Host):
         Raises:
             UsageError: the status word does not have this bit.
             ChecksumError: as for `command`.
-            Timeout: the bit does not change in time; the message names buffered commands that wait for an update.
+            Timeout: the bit does not change in time; the message names any commands that wait for an update.
         """
         packets.status_bit(self.port.sheet, bit.removeprefix("!"))
         try:
@@ -234,11 +234,11 @@ class PacketHost(Host):
 
     # ---------------------------------------------------------------------------------------------- single operations
     def write_command(self, byte: int, timeout: Time = "5 s", **how: Any) -> None:
-        """Write a single command byte; return when its strobe has ended, before the busy time that follows.
+        """Write a single command byte; return at the end of its operation, before the chipset's busy time.
 
         Args:
-            how: `low` and `gap` are the durations of a strobe, and of the pause after it; with `ready=False` the byte
-                is written without waiting for HostRdy.
+            how: `low` is the duration of the strobe, and `gap` the pause between two strobes; with `ready=False`
+                the byte is written without waiting for HostRdy.
 
         Raises:
             UsageError: the byte is not 0 to 255, or a strobe or pause is 0.
@@ -247,7 +247,7 @@ class PacketHost(Host):
         self._write(self._bytes(byte, 1), True, timeout, how)
 
     def write_byte(self, byte: int, timeout: Time = "5 s", **how: Any) -> None:
-        """Write one byte of a data word (the high byte comes first); arguments and errors as for `write_command`."""
+        """Write one byte of a data word (high byte first); other arguments and errors as for `write_command`."""
         self._write(self._bytes(byte, 1), False, timeout, how)
 
     def write_word(self, word: int, timeout: Time = "5 s", **how: Any) -> None:
@@ -255,11 +255,11 @@ class PacketHost(Host):
         self._write(self._bytes(word, 2), False, timeout, how)
 
     def read_byte(self, timeout: Time = "5 s", **how: Any) -> int:
-        """Read one byte of a data word (the high byte comes first); arguments and errors as for `write_command`."""
+        """Read and return one byte of a data word (high byte first); `how` and errors as for `write_command`."""
         return self._read(1, timeout, how)
 
     def read_word(self, timeout: Time = "5 s", **how: Any) -> int:
-        """Read a data word, 0 to 65535; arguments and errors as for `write_command`."""
+        """Read and return a data word, 0 to 65535; `how` and errors as for `write_command`."""
         return self._read(2, timeout, how)
 
     def _write(self, data: bytes, command: bool, timeout: Time, how: dict[str, Any]) -> None:
@@ -286,7 +286,7 @@ class PacketHost(Host):
     def perform(
         self, chip: str, axis: int, code: int, words: Sequence[int], reads: int, checked: bool
     ) -> Request[tuple[int, ...]]:
-        """Queue a packet for a chipset; the result has the words read, without the checksum."""
+        """Queue a packet for a chipset; the request's result is the words read, without the checksum."""
         port, packet = served(self.name, self.ports, chip), Packet(code, tuple(words), reads, checked)
         for number, size in ((code, 1), *((word, 2) for word in words)):
             self._bytes(number, size)
@@ -299,7 +299,7 @@ class PacketHost(Host):
     def strobe(
         self, chip: str, data: Sequence[int], command: bool, low_ps: int, gap_ps: int, ready: bool
     ) -> Request[None]:
-        """Queue a write operation on a chipset: a command byte or data bytes, with the given strobe times."""
+        """Queue a write operation on a chipset: a command byte (`command`) or data, with the given strobe times."""
         port, data = served(self.name, self.ports, chip), as_bytes(self.name, data)
         self.input("strobe", chip, data, command, low_ps, gap_ps, ready)
 
@@ -315,7 +315,7 @@ class PacketHost(Host):
 
     @from_outside
     def sample(self, chip: str, number: int, low_ps: int, gap_ps: int, ready: bool) -> Request[bytes]:
-        """Queue a read operation of `number` bytes on a chipset, with the given strobe times."""
+        """Queue a read of `number` bytes from a chipset, as one operation with the given strobe times."""
         port = served(self.name, self.ports, chip)
         if whole(number) is None or not 0 < number <= LONGEST_READ:
             raise UsageError(f"{self.name}: a read of {number!r} bytes; allowed 1..{LONGEST_READ}")
@@ -325,7 +325,7 @@ class PacketHost(Host):
 
     @from_outside
     def poll(self, chip: str, axis: int, bit: str, every_ps: int) -> Request[int]:
-        """Queue polls of the status word of an axis until a bit has the wanted level; the result is the word."""
+        """Queue polling of an axis's status word until `bit` (as for `wait`) occurs; the result is the word."""
         port = served(self.name, self.ports, chip)
         self.input("poll", chip, axis, bit, every_ps)
         return self.queue.submit(f"{bit} of {chip}", lambda: port.until_status(bit, every_ps, axis))
@@ -392,7 +392,7 @@ missing(
 
 @cache
 def _report_missing(sheet: Sheet) -> None:
-    """Register error hints for calls such as host.set_pos(), because the commands of a sheet are not methods."""
+    """Register error hints for calls such as host.set_pos(), as the commands in a data sheet are not methods."""
     for row in sheet.rows(PacketRow):
         verb = "query" if row.reads else "command"
         values = "".join(f", {arg.name}" for arg in row.args)

@@ -1,4 +1,4 @@
-"""A host computer that sends commands to the modules on a serial line, in the form set by their straps."""
+"""A host computer that sends commands to modules on a serial line, in the form set by their straps."""
 
 from __future__ import annotations
 
@@ -22,14 +22,15 @@ if TYPE_CHECKING:
 class SerialHost(UartHost, Host):
     """A host computer on the serial line of one module, or of several modules that share the line.
 
-    The host follows the straps of the module: rate, checksum, address.  `ask` sends a command and returns the answer.
+    The host follows the straps of the selected module: rate, checksum, address.  `ask` sends a command and
+    returns the answer.
 
     Args:
         baud: a fixed rate, used regardless of the straps; None: the module's rate.
 
     Attributes:
         received: the characters received, a bytearray.
-        answers: the lines received since the last `ask`.
+        answers: the lines received since the last `ask` began.
         on_character: hook, called with each character received.
     """
 

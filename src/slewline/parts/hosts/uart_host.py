@@ -1,4 +1,4 @@
-"""Common code of hosts on a serial line; the UART does the dropping, releasing and waiting."""
+"""Common code of hosts on a serial line: dropping, releasing and waiting are done by their UART."""
 
 from __future__ import annotations
 
@@ -31,6 +31,6 @@ class UartHost(OverUart):
 
     @property
     def waiting(self) -> str:
-        """Event or condition that the host waits for."""
+        """Description of the host's current activity."""
         busy = self.queue.idle and not self.uart.idle
         return self.uart.waiting if busy else super().waiting  # type: ignore[misc]

@@ -1,8 +1,8 @@
-"""The far end of a serial line: its board's rate, format and addresses, and whether they match the near end.
+"""The far end of a serial line: the rate, format and addresses there, and whether they suit the near end.
 
-A connector checks each pair of settings once, before it sends characters with them, so a line whose ends
-agree costs no time.  A mismatch is a finding of the connector, regardless of the parts between the two
-ends.
+A connector compares the settings of the two ends once, before it first sends characters with these
+settings; after that, the check takes no time.  A mismatch is a finding of the connector, regardless of
+the parts between the two ends.
 """
 
 from __future__ import annotations
@@ -24,22 +24,22 @@ RAW_REMEDY = "this looks like Telnet: use a raw connection, or --rfc2217 with an
 
 
 class NearEnd(Protocol):
-    """The near end of a line, from which the far end is checked."""
+    """The near end of a line, with which the far end is compared."""
 
     name: str
 
     @property
     def setting(self) -> LineSetting:
-        """Rate and format."""
+        """Rate and format of the near end."""
 
     def finding(self, code: str, text: str) -> None:
-        """Report a finding."""
+        """Report a finding of the near end."""
 
 
 class FarEnd:
     """The receivers at the far end of a line.
 
-    `receivers` contains each receiver whose settings are known, by its name.
+    `receivers`: by name, the receivers whose settings are known.
     """
 
     def __init__(self, near: NearEnd) -> None:
@@ -52,7 +52,7 @@ class FarEnd:
 
     @property
     def disagreement(self) -> str:
-        """The difference between the settings of the two ends, and the remedy; empty if they agree."""
+        """Text on how the settings of the two ends differ, with the remedy; empty if the settings agree."""
         differing = (
             disagreement(self.near.name, self.near.setting, name, receiver) for name, receiver in self.receivers.items()
         )
@@ -69,7 +69,7 @@ class FarEnd:
         self.addressed = {} if "0" in found else found
 
     def opened_at(self, baud: int) -> None:
-        """Report, once, a program's rate that has no effect on this port, but would be wrong on a real cable."""
+        """Report, once, that a program opens this port at a rate that is ignored here, but wrong for a real cable."""
         differing = (
             rate_disagreement("the program", baud, name, receiver) for name, receiver in self.receivers.items()
         )
@@ -77,13 +77,13 @@ class FarEnd:
             self.near.finding("format", f"{text}; {NO_LINE}")
 
     def look_for_telnet(self, data: bytes) -> None:
-        """Report, once, a host that negotiates Telnet options instead of sending characters."""
+        """Report, once, that the host negotiates Telnet options instead of sending characters, if `data` show this."""
         found = TELNET.match(data)
         if found and (self.near.setting.word.bits < 8 or len(found[0]) >= CERTAIN) and self._is_new(RAW):
             self.near.finding("telnet", f"{RAW}; {RAW_REMEDY}")
 
     def look_at_addresses(self, data: bytes) -> None:
-        """Report lines that address none of the modules, once for each first character of such lines."""
+        """Report lines of text that address none of the modules, but only one line for each wrong first character."""
         for byte in data:
             if self.begins and byte not in (RETURN, LF) and chr(byte) not in self.addressed:
                 here = ", ".join(f"{address} ({name})" for address, name in sorted(self.addressed.items()))

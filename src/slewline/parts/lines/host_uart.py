@@ -29,9 +29,13 @@ POWER_UP_PS = 10**9  # pause after power-up: during its RESET pulse a module wou
 
 
 class HostUart:
-    """A UART that adds the pins txd and rxd to a part.  The calls of a user are inputs of the part.
+    """A UART that adds the pins txd and rxd to a part.
+
+    The calls of a user are recorded as inputs of the part.
 
     Args:
+        part: the part.
+        setting: the initial rate and format.
         mark: the level of an idle line.
     """
 
@@ -56,7 +60,7 @@ class HostUart:
     # ------------------------------------------------------------------------------------------------ rate and format
     @property
     def setting(self) -> LineSetting:
-        """Rate and format."""
+        """Present rate and format."""
         return LineSetting(self.baud, self.word)
 
     def set_line(self, baud: int | str, word: CharacterFormat) -> None:
@@ -68,23 +72,23 @@ class HostUart:
             self.receiver.set_line(self.clock, self.word)
 
     def change_line(self, baud: int | str, bits: int, parity: str, stop: int | str) -> None:
-        """Use another rate or format; this call is an input of the part."""
+        """Use another rate or format; this call is recorded as an input of the part."""
         self.set_line(baud, CharacterFormat(bits, parity, stop))
         self.part.input("change_line", baud, bits, parity, stop)
 
     def lent(self) -> Callable[[], object]:
-        """Return a function that restores the present rate and format, after another program has used this line."""
+        """Return a function that restores the present rate and format, to be called after another program's use."""
         baud, word = self.baud, self.word
         return lambda: self.set_line(baud, word)
 
     def opened_at(self, baud: int) -> None:
-        """Report, once, a program's rate that has no effect on this port, but would be wrong on a real cable."""
+        """Report, once, that a program opens this port at a rate that is ignored here, but wrong for a real cable."""
         self.part.input("opened_at", baud)
         self.far.opened_at(baud)
 
     # ------------------------------------------------------------------------------------------------------- sending
     def write(self, data: str | bytes, fault: str = "") -> None:
-        """Queue characters, to be sent one after another; this call is an input of the part.
+        """Queue characters, to be sent one after another; this call is recorded as an input of the part.
 
         Raises:
             UsageError: the text is not ASCII, the data are neither text nor bytes, or the fault is unknown.
@@ -101,7 +105,7 @@ class HostUart:
             self.sender = self.kernel.spawn(self._send, name=f"{self.name} sends")
 
     def drop(self, verb: str) -> None:
-        """Drop the queued characters, except the burst being sent; this call is an input of the part, named `verb`."""
+        """Drop the queued characters, except the burst being sent; the call is recorded as the part's input `verb`."""
         self.part.input(verb)
         while len(self.outgoing) > 1:
             self.outgoing.pop()
@@ -109,7 +113,7 @@ class HostUart:
     def space(self, on: bool) -> None:
         """Begin (True) or end (False) a break: the line is held at space, and nothing may be sent meanwhile.
 
-        This call is an input of the part.
+        This call is recorded as an input of the part.
         """
         self.part.input("space", on)
         self.driver.drive(1 - self.mark if on else self.mark)
@@ -149,7 +153,7 @@ class HostUart:
 
     @property
     def backlog(self) -> int:
-        """Number of characters still to be sent."""
+        """Number of characters not yet sent, including those of the burst being sent."""
         return sum(len(data) for data, _ in self.outgoing)
 
     @property
@@ -173,32 +177,35 @@ class HostUart:
         await receiver.receive(self.take, self.passed, self._acts)
 
     def catch_up(self) -> None:
-        """Receive the characters that have arrived so far, if the receiver processes characters several at a time."""
+        """Receive the characters that have arrived so far but wait to be processed several at a time."""
         if self.receiver is not None:
             self.receiver.catch_up()
 
     @property
     def received(self) -> bytearray:
-        """Data bits of every character received, with or without a fault."""
+        """Data bits of all characters received, including characters with a fault."""
         self.catch_up()
         return self._received
 
     @property
     def recent(self) -> Recent:
-        """The latest characters received, and the number of all characters so far."""
+        """The latest characters received, and the total number of characters received so far."""
         self.catch_up()
         return self._recent
 
     def _acts(self, data: bytes, at: int) -> int:
-        """Return the index, from `at` on, of the next character to be received at its own instant; -1 if none."""
+        """Return the index in `data`, at least `at`, of the next character to be received singly; -1 if none.
+
+        Such a character is received at the instant of its arrival.
+        """
         return at if self.on_character.listeners else self.acts(data, at)
 
     def acts(self, data: bytes, at: int) -> int:
-        """Return the index, from `at` on, of the next character on which this end acts; -1 if none."""
+        """Return the index in `data`, at least `at`, of the next character on which this end acts; -1 if none."""
         return -1
 
     def passed(self, data: bytes) -> None:
-        """Receive characters that have no fault and on which this end does not act."""
+        """Receive characters without a fault, on none of which this end acts."""
         self._received += data
 
     def take(self, character: Character) -> None:
@@ -220,7 +227,7 @@ class OverUart:
     uart: HostUart
 
     def rewired(self) -> None:
-        """Start to receive."""
+        """Start to receive, now that the part is wired."""
         self.uart.listen()
 
     @property
@@ -249,7 +256,7 @@ class OverUart:
 
     @from_outside
     def change_line(self, baud: int | str, bits: int, parity: str, stop: int | str) -> None:
-        """Change rate and format, regardless of the other end.
+        """Change the rate and format of this end only.
 
         Args:
             baud: the rate, such as 9600 or "37.5"; sixteen times the rate must be a whole number of hertz.
@@ -264,7 +271,7 @@ class OverUart:
 
     @from_outside
     def opened_at(self, baud: int) -> None:
-        """Report, once, a program's rate that has no effect on this port, but would be wrong on a real cable."""
+        """Report, once, that a program opens this port at a rate that is ignored here, but wrong for a real cable."""
         self.uart.opened_at(baud)
 
     @from_outside
@@ -282,5 +289,5 @@ class OverUart:
 
     @from_outside
     def space(self, on: bool) -> None:
-        """Begin (True) or end (False) a break: the line is held at space; send nothing meanwhile."""
+        """Begin (True) or end (False) a break, which holds the line at space; send nothing during the break."""
         self.uart.space(on)

@@ -1,7 +1,8 @@
-"""Noise on a serial line: characters that are lost, garbled or late, or that have a wrong parity or no stop bit.
+"""Noise on a serial line: characters lost, garbled or late, or with a wrong parity bit or no stop bit.
 
-A plan affects future characters: the next `count` characters, or, with a `chance` below 1, each character with this
-probability until `count` characters have been hit.  The random numbers are seeded, so a plan is repeatable.
+A plan affects future characters: the next `count` characters, or, with a `chance` below 1, each
+character with this probability until `count` characters have been hit.  The random numbers are seeded,
+so a plan is repeatable.
 """
 
 from __future__ import annotations
@@ -31,7 +32,10 @@ class RandomSequence:
 
 @dataclass
 class NoisePlan:
-    """A planned fault: its kind, the numbers of characters to pass first and to hit, and the chance of each hit."""
+    """A planned fault: its kind, the number of characters still to hit, and the chance of each hit.
+
+    `after` is the number of characters that pass before the first one that may be hit.
+    """
 
     kind: str
     count: int
@@ -48,7 +52,7 @@ class NoisePlan:
             raise UsageError(f"chance {self.chance!r}; allowed above 0 and up to 1")
 
     def strikes(self) -> bool:
-        """Return whether the plan hits the character that begins now."""
+        """Count the character that begins now, and return whether the plan hits this character."""
         if self.after:
             self.after -= 1
             return False
@@ -59,11 +63,13 @@ class NoisePlan:
 
 
 class Noise:
-    """The noise in one direction of a line with a given number of data bits.
+    """The noise in one direction of a line whose characters have a given number of data bits.
 
     Args:
+        bits: the number of data bits.
         kinds: possible faults of a character.
-        spared: the number of a data bit that is never garbled, for example a bit that a checksum does not cover.
+        spared: the index of a data bit that is never garbled, such as one that a checksum does not cover
+            (0: the lowest bit); None: any bit may be garbled.
     """
 
     def __init__(self, bits: int, kinds: tuple[str, ...] = KINDS, spared: int | None = None) -> None:
@@ -72,7 +78,7 @@ class Noise:
         self.done = dict.fromkeys(kinds, 0)  # number of characters hit
 
     def plan(self, kind: str, count: int = 1, chance: float = 1, seed: int = 0, after: int = 0) -> None:
-        """Plan faults of future characters; a plan begins when the plans before it are completed."""
+        """Plan faults of future characters; the plan begins when all earlier plans are completed."""
         if kind not in self.done:
             raise UsageError(f"fault {kind!r}; allowed {', '.join(self.done)}")
         if not isinstance(seed, int):
@@ -84,7 +90,7 @@ class Noise:
         self.plans.clear()
 
     def strike(self) -> tuple[str, int]:
-        """Return the fault of the character that begins now ("" if none), and the number of the data bit affected."""
+        """Return the fault of the character that begins now, "" if none, and the index of the data bit to garble."""
         if not self.plans:
             return "", 0
         plan = self.plans[0]
@@ -97,7 +103,7 @@ class Noise:
         return plan.kind, bit + (bit >= self.spared)
 
     def hit(self, byte: int) -> tuple[int | None, str]:
-        """Return the byte received for a byte sent (None: none), and the fault of its frame ("": none)."""
+        """Return the byte received when `byte` is sent, None if it is lost; and the fault of its frame, "" if none."""
         kind, bit = self.strike()
         if kind == "lost":
             return None, ""

@@ -42,7 +42,7 @@ class SerialPort(OverUart, Part):
 
     @property
     def waiting(self) -> str:
-        """Event or condition that the port waits for."""
+        """Description of the port's current activity."""
         return super().waiting if self.idle else self.uart.waiting
 
     @from_outside

@@ -32,7 +32,10 @@ DIRECTIONS = ("to_module", "to_host")
 
 
 class LineDirection:
-    """One direction of a line.  A window (start, stop, effect) changes the levels between two instants."""
+    """One direction of a line.
+
+    A window (start, stop, effect) changes the levels from the instant `start` until just before `stop` (ps).
+    """
 
     def __init__(self, source: Terminal, driver: Driver, clock: Clock, word: CharacterFormat) -> None:
         self.source, self.driver, self.kernel = source, driver, driver.kernel
@@ -42,7 +45,7 @@ class LineDirection:
         self.characters = 0
 
     def changed(self, net: Net) -> None:
-        """Pass on an edge, which may begin a character."""
+        """Pass on an edge; if the edge begins a character, begin the fault that is planned for it, if any."""
         now = self.kernel.now
         if net.level == SPACE and now >= self.free_ps:
             self.characters += 1
@@ -64,17 +67,17 @@ class LineDirection:
         self.bend(start, end, does)
 
     def bend(self, start: int, stop: int, does: int) -> None:
-        """Change the levels at start <= t < stop (ps); `does`: MARK, SPACE or INVERTED."""
+        """Change the levels at start <= t < stop (ps) to MARK, to SPACE, or to their inverse (`does`: INVERTED)."""
         self.windows.append((start, stop, does))
         for ps in (start, stop):
             self.kernel.call_at(ps, self._after_edges)
 
     def _after_edges(self) -> None:
-        """Pass on the level in the next round, after all edges at this instant, since otherwise a spike could pass."""
+        """Pass on the level in the next round, after all edges at this instant; otherwise a spike could occur."""
         self.kernel.call_at(self.kernel.now, self.put)
 
     def put(self) -> None:
-        """Pass on the present level, or the level that a window changes it to."""
+        """Pass on the present level, as changed by the window that is open now, if any."""
         now = self.kernel.now
         self.windows = [window for window in self.windows if now < window[1]]
         level = int(self.source.level == SPACE)
@@ -85,8 +88,8 @@ class LineDirection:
 class Rs232Line(Part):
     """A line with planned faults: lost and garbled characters, wrong parity, missing stop bits, and a break.
 
-    bench.host(x, line=line) puts the line between a host and its modules; `to` wires it to another connector, and
-    bench.connect(line, [x]) wires it to the modules.
+    bench.host(x, line=line) puts the line between a host and its modules.  For another
+    connector y, bench.part(..., to=y) wires the line to y, and bench.connect(line, [x]) to the modules.
     """
 
     _for_users = ("plan", "clear", "send_break", "way")
@@ -108,7 +111,7 @@ class Rs232Line(Part):
         }
 
     def rewired(self) -> None:
-        """Start to follow both sides."""
+        """Start to follow the levels from both sides, now that the line is wired."""
         for way in self._directions.values():
             way.source.net.watch(way.changed)
             way.changed(way.source.net)
@@ -121,7 +124,7 @@ class Rs232Line(Part):
 
     @from_outside
     def plan(self, way: str, kind: str, count: int = 1, chance: float = 1, seed: int = 0, after: int = 0) -> None:
-        """Plan faults of future characters; a plan begins when the earlier plans for this direction are completed.
+        """Plan faults of future characters; the plan begins when earlier plans for this direction are completed.
 
         Args:
             way: "to_module" or "to_host".
@@ -129,7 +132,7 @@ class Rs232Line(Part):
             count: the number of characters with the fault.
             chance: the probability that a character is hit, until `count` have been hit.
             seed: the seed of the random numbers.
-            after: the number of characters that pass first.
+            after: the number of characters that pass before the first one that may be hit.
         """
         if kind == "parity" and self._word.parity == "none":
             raise UsageError(f"{self.name}: fault 'parity'; {self._word} has no parity bit")

@@ -87,7 +87,7 @@ class SerialSender(Part):
 
 
 class Uart(Part):
-    """A receive-only UART with strapped mode (no command word), and its baud rate generator.
+    """A receive-only UART, whose mode is set by straps (no command word), and its baud rate generator.
 
     The straps (bits, parity, stop) must match the host.
     """
@@ -116,7 +116,7 @@ class Uart(Part):
         self._receiver: Receiver | None = None
 
     def rewired(self) -> None:
-        """Start to receive, and to follow the pins of the parallel side."""
+        """Start to receive, and to follow the pins of the parallel side, now that the UART is wired."""
         self.pin("rdav").net.watch(lambda net: self._set(False) if net.level == 0 else None)
         self.pin("rde").net.watch(lambda _: self._put())
         self.kernel.spawn(self._receive, name=self.name)
@@ -127,7 +127,7 @@ class Uart(Part):
         return "its options baud, bits, parity, stop"
 
     def instead(self, baud: int | str) -> str:
-        """Return a text on how to set the UART to another rate; empty if its generator does not have that rate."""
+        """Return the option that would set the UART to another rate; "" if the generator does not have this rate."""
         return f"the option baud={baud!r}" if baud in GENERATOR else ""
 
     @property

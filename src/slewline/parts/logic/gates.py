@@ -1,6 +1,7 @@
-"""74-series gates, delay lines and latches.  Gates have no delay; an open input reads high, as in TTL.
+"""74-series gates, delay lines and latches.
 
-The output of a gate follows from the promises of its inputs (core/wires/views.py), so it makes no events of its own.
+Gates have no delay; an open input reads high, as in TTL.  The output of a gate follows from the promises
+of its inputs (core/wires/views.py), so a gate makes no events of its own.
 """
 
 from __future__ import annotations
@@ -56,7 +57,10 @@ class Gate(Part):
 
 
 class WireInverter(Part):
-    """The inverter of `bench.wire(a, b, invert=True)`: one net drives another, which floats if the first does."""
+    """The inverter of `bench.wire(a, b, invert=True)`: drives the inverse of one net on another.
+
+    The driven net floats while the first net floats.
+    """
 
     rewired = start_rule
 
@@ -93,7 +97,7 @@ class Delay(Part):
         self.rule.start()
 
     def _promise(self) -> None:
-        """Promise the output from now on."""
+        """Promise the future levels of the output, given the promise or level of the input."""
         driver, shown = self.drivers["out"], self.rule.shown("in")
         if self._pieces and not self.rule.withdrawn and alike(shown, self._shown):
             if driver.promise is not None:
@@ -103,11 +107,11 @@ class Delay(Part):
         self._follow(gated([shown], HIGH))
 
     def _drive(self) -> None:
-        """Promise the output from now on, given only the present level of the input."""
+        """Promise the future levels of the output, given only the present level of the input."""
         self._follow(int(self.high("in")))
 
     def _follow(self, shown: Promise | Level) -> None:
-        """Promise the output for a new promise or level of the input from now on."""
+        """Promise the delayed output, given `shown`, the promise or level of the input that holds from now on."""
         now = self.kernel.now
         if not self._pieces or (now == self._wired_ps and not self.rule.edge_driven):  # the circuit is settling
             self._pieces = [(now - self._delay_ps, shown.level(now) if promised(shown) else shown)]
@@ -121,7 +125,7 @@ class Delay(Part):
 
 
 class Latch8(Part):
-    """A 74LS373: q follows d while `enable` is high, otherwise q is latched; q floats while `output_enable` is high."""
+    """A 74LS373: q follows d while `enable` is high, else is latched; q floats while `output_enable` is high."""
 
     def __init__(self, kernel: Kernel, name: str) -> None:
         super().__init__(kernel, name)

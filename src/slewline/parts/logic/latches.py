@@ -23,9 +23,9 @@ class PositionLatch(Part):
         enable of the high byte = OUTSTROBE low and pin 37 high        (NOR gates)
         enable of the low byte  = OUTSTROBE low and pin 37 low
 
-    A latch is transparent while enabled and stores the bus byte when OUTSTROBE rises.  Later the host pulls
-    `read_high` or `read_low` low and reads the byte from the same bus, which the chip does not drive then.  The strobes
-    of a verify read-out pass through the same gates.
+    Each latch is transparent while enabled, and stores the byte on the bus when OUTSTROBE rises.  Later the
+    host pulls `read_high` or `read_low` low and reads the stored byte from the same bus, while the chip does
+    not drive it.  The strobes of a verify read-out pass through the same gates, so they change the latches.
     """
 
     _for_users = ("position", "high_byte", "low_byte")
@@ -69,10 +69,11 @@ class PositionLatch(Part):
 
 
 class PhaseLatch(Part):
-    """A latch between phase pins and motor, clocked by the rising edge of PULSE (s.4).
+    """A latch between the phase pins and the motor, clocked by the rising edge of PULSE (s.4).
 
-    It keeps the coils energised when I or RESET switches the phase pins off without a PULSE.  `off` high switches all
-    coils off, regardless of the latch.  A low output energises its coil, as on the chip.
+    The latch keeps the coils energised when the command I, or RESET, switches the phase pins off without a
+    PULSE.  `off` high switches all coils off, regardless of the latch.  A low output energises its coil, as
+    on the chip.
     """
 
     _for_users = ("held",)
@@ -94,7 +95,7 @@ class PhaseLatch(Part):
 
     @property
     def held(self) -> tuple[int, ...]:
-        """Contents of the latch, phases 1 to 4."""
+        """Levels in the latch, phases 1 to 4."""
         if self.rule.due:
             return self._read()
         return tuple(int(coil.level(self.kernel.seen)) for coil in self._coils)
@@ -104,18 +105,18 @@ class PhaseLatch(Part):
 
     # ------------------------------------------------------------------------------------------------------- changes
     def _advance(self, ps: int) -> None:
-        """Process the steps up to an instant (ps)."""
+        """Update the contents of the latch to those at an instant (ps)."""
         self._hold(int(coil.level(ps)) for coil in self._coils)
 
     def _step(self) -> None:
-        """Process the step whose clock edge is at this instant."""
+        """Latch the present levels of the phase pins, because a clock edge is at this instant."""
         self._hold(self._read())
 
     def _hold(self, levels: Iterable[int]) -> None:
         self._coils = [Sampled(NoEvents(), level, level) for level in levels]
 
     def _follow(self, clock: Events) -> None:
-        """Follow another clock from now on."""
+        """Latch the phases at the edges of `clock` from now on."""
         off = self.rule.shown("off")
         for n, coil in enumerate(self._coils, 1):
             sampled = Sampled(clock, self.rule.shown(f"phase{n}"), coil.before)

@@ -26,7 +26,7 @@ SHOWN = 200  # holes
 
 @dataclass(frozen=True, slots=True)
 class CutPiece:
-    """A piece cut off a bar: its length, and the positions of its holes from the preceding cut, in steps."""
+    """A piece cut off a bar: its length, and the distances of its holes from the preceding cut, in steps."""
 
     holes: tuple[int, ...]
     length: int
@@ -60,7 +60,7 @@ class Bar(Part):
         return self.drive.position - self._cut_at
 
     def shows(self) -> dict[str, Any]:
-        """Return the positions of the bar and of its last holes, in steps, and the number of pieces cut off."""
+        """Return the positions of the bar and of its latest holes (up to 200), in steps, and the number of pieces."""
         return {"position": self.position, "spots": self.holes[-SHOWN:], "pieces": len(self.pieces)}
 
     def rewired(self) -> None:
@@ -82,13 +82,13 @@ class Bar(Part):
             self._cut_at += self.position
 
     def catch_up(self) -> None:
-        """Process the motion up to the last committed instant."""
+        """Report steps made with the drill in the bar, up to the last committed instant."""
         for ps, place, _ in self._interlock.steps():
             self.finding("bit-broken", f"the bar moves from position {place - self._cut_at} with the drill in it", ps)
 
 
 class Drill(Part):
-    """A drill lowered (clockwise) and lifted by CLOCK and DIR; its spindle turns while `motor` is high."""
+    """A drill that CLOCK and DIR lower (clockwise) and lift; its spindle turns while `motor` is high."""
 
     _for_users = ("position", "gap")
     wiring = MappingProxyType({**STEP_WIRING, "motor": "output2"})
@@ -124,7 +124,7 @@ class Drill(Part):
         self._interlock.hold(motor.level == 0)
 
     def catch_up(self) -> None:
-        """Process the motion up to the last committed instant."""
+        """Report steps made in the bar while the spindle is not turning, up to the last committed instant."""
         for ps, _, place in self._interlock.steps():
             if place > self.gap:
                 self.finding("drill-stands", f"the drill is {place - self.gap} steps into the bar, but not turning", ps)

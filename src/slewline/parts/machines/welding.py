@@ -1,4 +1,4 @@
-"""The welding machine of section 4: workpieces, and a carriage with a torch."""
+"""The welding machine of the CY525 manual, section 4: workpieces, and a carriage with a torch."""
 
 from __future__ import annotations
 
@@ -65,18 +65,18 @@ class Workpieces(Part):
                 self._next()
 
     def shows(self) -> dict[str, Any]:
-        """Return the numbers of workpieces, of finished workpieces, and of welds that the present one still needs."""
+        """Return the numbers of workpieces, of finished ones, and of welds that the one in place still needs."""
         return {"pieces": self.pieces, "finished": self.finished, "left": self.left}
 
     @property
     def waiting(self) -> str:
-        """Event or condition that the part waits for."""
+        """Description of the progress: the number of finished workpieces, and the number of all workpieces."""
         return f"{self.name}: {self.finished} of {self.pieces} finished"
 
 
 @dataclass(frozen=True, slots=True)
 class Weld:
-    """A weld: position, start and duration."""
+    """A weld: its position in steps, and its start and duration in ps."""
 
     position: int
     start_ps: int
@@ -115,7 +115,7 @@ class Welder(Part):
         return self.drive.position
 
     def shows(self) -> dict[str, Any]:
-        """Return the positions of the torch and of its last weld spots, in steps, and whether the torch burns."""
+        """Return the positions of the torch and its latest 200 welds, in steps, and whether the torch burns."""
         spots = [spot.position for spot in self.spots[-SHOWN:]]
         return {"position": self.position, "spots": spots, "lit": self.lit is not None}
 
@@ -130,6 +130,6 @@ class Welder(Part):
             self.lit = None
 
     def catch_up(self) -> None:
-        """Process the motion up to the last committed instant."""
+        """Report steps made with the torch on, up to the last committed instant."""
         for ps, place, _ in self._interlock.steps():
             self.finding("smeared", f"the carriage moves from position {place} with the torch on", ps)

@@ -43,8 +43,8 @@ class BusInterface:
         part: the part, to which the pins are added.
         selects: a description of the effect of a low `select`.
         read: returns the byte at the address, 0 to 255; None: no byte at this address, and the bus floats.
-        write: receives a byte for the address; None: the part cannot be written.
-        on_latch: called when `ale` has changed; a falling edge of `ale` has latched the low byte of an address.
+        write: called with each byte written to the address; None: the part cannot be written.
+        on_latch: called when `ale` has changed; its falling edge has latched the low byte of an address.
         on_select: called when `select` has changed, before the part drives or releases the bus.
     """
 
@@ -81,7 +81,7 @@ class BusInterface:
         self.part.net("ale").ends = (self,)
 
     def changes(self) -> None:
-        """Prepare for a change of the contents: an exchange in progress uses the old contents."""
+        """Withdraw an exchange in progress, because it uses the contents of the part, which are about to change."""
         if (exchange := self.part.net("db").exchange) is not None:
             exchange.withdraw()
 
@@ -120,7 +120,7 @@ class BusInterface:
         self.show()
 
     def show(self, _net: Net | None = None) -> None:
-        """Drive the bus, or release it."""
+        """Put the addressed byte on the bus if the part is selected and `rd` is low; otherwise release the bus."""
         byte = self.read() if self.selected and self.part.net("rd").is_active else None
         self.part.drivers["db"].drive(None if byte is None else (0xFF, byte))
 

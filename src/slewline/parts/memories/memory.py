@@ -41,7 +41,7 @@ class MemoryCore:
         size: the size in bytes; None: the size of the image if memories of that size exist, else 65536.
         image: initial contents, starting at address 0; the rest is FF.
         read: a function that returns the byte at the address.
-        write: a function that receives a byte for the address.
+        write: a function that is called with each byte written to the address.
 
     Raises:
         UsageError: the image does not fit.
@@ -63,7 +63,7 @@ class MemoryCore:
             )
 
     def checked(self, image: Data, at: int) -> bytes:
-        """Return the bytes of an image that is to be stored at an address.
+        """Check that an image can be stored at an address, and return the bytes of the image.
 
         Raises:
             UsageError: the image does not fit.
@@ -80,12 +80,12 @@ class MemoryCore:
 
     @property
     def byte(self) -> int:
-        """Byte at the address."""
+        """Byte at the present address."""
         return self.bytes[self.address]
 
 
 class Ram(Part):
-    """A memory of up to 64K bytes on the bus of a chip: a RAM; or, read only, an EPROM or a ROM.
+    """A memory of up to 64K bytes on the bus of a chip: a RAM, or, if not writable, an EPROM or a ROM.
 
     Args:
         writable: whether the chip can write to it.
@@ -137,7 +137,7 @@ class Ram(Part):
         self._core.bytes[self._core.address] = byte
 
     def _refuse(self, byte: int) -> None:
-        """Ignore the byte, and report the first attempt to write."""
+        """Ignore a byte that the chip writes to a read-only memory; report the first such write."""
         if not self._is_reported:
             self._is_reported = True
             text = (
@@ -150,8 +150,8 @@ class Eeprom(Part):
     """An EEPROM of up to 64K bytes on the bus of a chip.
 
     Writing a byte takes `write_time`; meanwhile a read returns that byte with bit 7 inverted (data polling).
-    Written bytes are flushed to the store together, when the oldest of them has waited for the time `flush`:
-    each flush waits a few milliseconds for the disk, about as long as the part takes to write a byte.
+    Written bytes are flushed to the store together, when the oldest of them has waited for the time `flush`,
+    since each flush waits a few milliseconds for the disk, about as long as the part takes to write a byte.
 
     Args:
         size: the size in bytes, a power of two from 2048 to 65536; None: the size of the image if memories
@@ -208,7 +208,7 @@ class Eeprom(Part):
 
     @from_outside
     def load(self, image: Data, at: int = 0) -> None:
-        """Write an image into the memory, starting at an address, like `Ram.load`; it is stored immediately."""
+        """Write an image into the memory from an address on, like `Ram.load`; flush it to the store immediately."""
         data = self._core.checked(image, at)
         self.input("load", data, at)
         self._bus.changes()
@@ -219,11 +219,11 @@ class Eeprom(Part):
         self.flush()
 
     def _shown(self) -> int:
-        """Return the byte at the address, or, while a byte is being written, that byte with bit 7 inverted."""
+        """Return the byte at the address; but while a byte is being written, that byte with bit 7 inverted."""
         return self._core.byte if self.writing is None else self.writing[1] ^ POLLED
 
     def _write(self, byte: int) -> None:
-        """Begin to write a byte, unless another write is in progress."""
+        """Begin to write a byte; if another write is in progress, report that the new byte is lost."""
         address = self._core.address
         if self.writing is not None:
             busy = f"address {self.writing[0]:04X} was being written"
@@ -234,7 +234,7 @@ class Eeprom(Part):
         self.kernel.call_at(self.kernel.now + self._write_ps, lambda: self._written(number))
 
     def _written(self, number: int) -> None:
-        """Complete the write of a byte."""
+        """Complete the write with the given number, unless `load` has abandoned it."""
         if self.writing is None or number != self._writes:
             return  # the part has been loaded by `load` meanwhile
         self._bus.changes()
@@ -252,7 +252,7 @@ class Eeprom(Part):
         return len(self._kept.unsaved)
 
     def flush(self) -> None:
-        """Save the written bytes to the store; a failure is a finding, and the next flush tries again."""
+        """Save the written bytes to the store; a failure is a finding, and the next flush tries to save them again."""
         self._flushing = False
         try:
             if not self._kept.flush() and not self._flushing:
@@ -262,7 +262,7 @@ class Eeprom(Part):
             self.finding("not-kept", f"{self.unsaved} bytes of the memory could not be saved: {error}")
 
     def leave(self) -> None:
-        """Flush, because the bench is being closed."""
+        """Flush the written bytes to the store, because the bench is being closed."""
         for _ in range(2):  # bytes that the first flush cannot save are tried once more
             self._kept.wait()
             if self.unsaved:
@@ -275,7 +275,7 @@ class Eeprom(Part):
 
     @property
     def waiting(self) -> str:
-        """Event or condition that the part waits for."""
+        """Description of the current activity, such as the write in progress."""
         if self.writing is None:
             return super().waiting
         return f"{self.name}: writes address {self.writing[0]:04X}, which takes {readable(self._write_ps)}"

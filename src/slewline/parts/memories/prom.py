@@ -58,7 +58,7 @@ class Prom(Part):
         self._requesting = False
 
     def rewired(self) -> None:
-        """Start to follow the pins, now that the part is wired."""
+        """Preset the address counter and start to follow the pins, now that the part is wired."""
         for name in ("ready", "load", *(f"p{bit}" for bit in range(8))):
             self.pin(name).net.watch(self._react)
         self.address = self.preset
@@ -66,12 +66,12 @@ class Prom(Part):
 
     @property
     def preset(self) -> int:
-        """Address on p0 to p7."""
+        """The address set by pins p0 to p7, which the counter takes while `load` is low."""
         return sum(self.high(f"p{bit}") << bit for bit in range(8))
 
     @property
     def ended(self) -> bool:
-        """True while the address counter is at the end of the program: at a byte FF, or at the address FF."""
+        """True while the address counter is at the program's end: a byte FF or, with `stop="address"`, address FF."""
         return (self.address if self._by_address else self.image[self.address]) == STOPPER
 
     def _react(self, _net: Net | None = None) -> None:

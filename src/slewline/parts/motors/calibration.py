@@ -1,11 +1,11 @@
 """Two constants that no data sheet lists, found by measurement: a machine's friction, a motor's iron loss.
 
-    start-stop rate     the maximum rate at which the motor starts without a ramp     -> friction
-    pull-out rate       the rate at which it stalls under a torque, accelerated slowly  -> iron loss
+    start-stop rate   the maximum rate at which the motor starts without a ramp              -> friction
+    pull-out rate     the rate at which the motor, slowly accelerated under a torque, stalls -> iron loss
 
-The more friction or iron loss, the lower the rate.  So each constant is the largest value with which the simulated
-motor still reaches the measured rate, found by bisection.  If both rates are measured, the two constants are found
-alternately until they no longer change, since each affects the measurement of the other.
+The more friction or iron loss, the lower the rate.  So each constant is the largest value with which the
+simulated motor still reaches the measured rate, found by bisection.  If both rates are measured, the two
+constants are found alternately until they no longer change, since each also affects the other's rate.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ class Calibration:
 
     Attributes:
         motor, load: the motor and the load with the calibrated constants.
-        friction, iron: the constants found, N m and N m s; None: not measured.
-        before: the friction and iron loss before the calibration.
+        friction, iron: the constants found, N m and N m s; None if the corresponding rate was not measured.
+        before: the friction and iron loss before the calibration, N m and N m s.
     """
 
     motor: MotorData
@@ -59,10 +59,10 @@ def calibrate(
     torque: float = 0.0,
     steps: str = "full",
 ) -> Calibration:
-    """Return the friction and iron loss with which a motor reproduces the measurements.
+    """Return a motor and a load with the friction and iron loss that reproduce the measured rates.
 
     Args:
-        load: the load of the measurements; its friction is used if no start-stop rate is passed.
+        load: the load during the measurements; its friction is used if no start-stop rate is passed.
         start_stop: the maximum rate at which the motor starts without a ramp, full steps/s.
         pull_out: the rate at which the motor stalls when accelerated slowly, full steps/s.
         torque: the torque on the shaft at that stall, in addition to the load, N m.
@@ -105,7 +105,7 @@ def _both(
     """Return the motor and the load with both constants, each found with the final value of the other.
 
     Raises:
-        UsageError: there are no such constants.
+        UsageError: no pair of constants reproduces both rates.
     """
     friction, tried = 0.0, (0.0, 0.0)  # the previous friction, and by how much it was too small
     for turn in range(TURNS):
@@ -126,7 +126,7 @@ def _rubbing(load: LoadData, friction: float) -> LoadData:
 
 
 def _friction(motor: MotorData, driver: DriverData, load: LoadData, rate: float, steps: str) -> float:
-    """Return the friction with which the motor just starts at a rate."""
+    """Return the friction (N m) with which the motor just starts at a rate (full steps/s)."""
 
     def starts(friction: float) -> bool:
         return _starts(MotorLaw(motor, driver, _rubbing(load, friction), steps), rate)
@@ -142,7 +142,7 @@ def _friction(motor: MotorData, driver: DriverData, load: LoadData, rate: float,
 
 
 def _iron(motor: MotorData, driver: DriverData, load: LoadData, rate: float, torque: float, steps: str) -> float:
-    """Return the iron loss with which the motor just reaches a rate."""
+    """Return the iron loss (N m s) with which the motor just reaches a rate (full steps/s) under a torque."""
     loaded = replace(load, torque=load.torque + torque)
 
     def comes(iron: float) -> bool:
@@ -159,9 +159,10 @@ def _iron(motor: MotorData, driver: DriverData, load: LoadData, rate: float, tor
 
 
 def _greatest(does: Callable[[float], bool], most: float, measured: str, what: str, bound: str) -> float:
-    """Return the largest constant with which a motor reproduces a measurement.
+    """Return the largest value of a constant, less than `most`, for which `does` is true.
 
-    The search starts from above, because a motor with too little drag may swing itself out of step at medium rates.
+    The search starts from above, because a motor with too little drag may swing itself out of step at medium
+    rates.  The other arguments are words for error messages.
     """
     if does(most):
         raise UsageError(f"{measured}: this motor is faster than that even with {bound}; check motor, driver and load")
@@ -183,7 +184,7 @@ def _greatest(does: Callable[[float], bool], most: float, measured: str, what: s
 
 # -------------------------------------------------------------------------------------------------------- simulation
 def _starts(law: MotorLaw, rate: float) -> bool:
-    """Return whether the motor starts from rest at a rate, and stops again."""
+    """Return whether the motor starts from rest at a rate (full steps/s) and stops again without losing steps."""
     import numpy as np
 
     count = START_STEPS * law.micro
@@ -193,9 +194,9 @@ def _starts(law: MotorLaw, rate: float) -> bool:
 
 
 def _comes_to(law: MotorLaw, rate: float) -> bool:
-    """Return whether the motor reaches a rate when accelerated slowly.
+    """Return whether the motor reaches a rate (full steps/s) in step when accelerated slowly.
 
-    The motor begins in step at a lower rate, with a typical lag; how it reached that rate does not matter.
+    The motor begins in step at a lower rate, with a typical lag; how it got to that rate does not matter.
     """
     import numpy as np
 
@@ -208,7 +209,7 @@ def _comes_to(law: MotorLaw, rate: float) -> bool:
 
 
 def _sweep(first: float, last: float) -> NDArray[np.int64]:
-    """Return the instants (ps) of steps at one rate, then slowly accelerated to another rate (steps/s)."""
+    """Return the instants (ps) of commands at the rate `first`, then slowly accelerated to `last` (commands/s)."""
     import numpy as np
 
     even = np.arange(1, int(first * SETTLES_S) + 1) / first

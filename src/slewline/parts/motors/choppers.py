@@ -1,4 +1,4 @@
-"""Effects of a chopper on the motor current: ripple, current due to blanking, and notes on both."""
+"""Effects of a chopper on the motor current: ripple, current due to blanking, and notes to users on both."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ MUCH = 0.1  # fraction of the current: a ripple that costs a twentieth of the to
 def ripple(motor: MotorData, driver: DriverData) -> float:
     """Return the maximum current ripple in slow decay, peak to peak, A; it occurs at half the supply voltage.
 
-    The EMF of a turning motor reduces it.  An averaged driver models the mean current of a chopper with the
-    same clock.
+    The EMF of a turning motor reduces the ripple.  For an averaged driver, which models only the mean
+    current, the result is the ripple of a chopper with the same clock.
     """
     share = 2 if driver.off_time else 4  # the off-time is the fixed time, or half a period
     return driver.supply * driver.period / (share * motor.inductance)
 
 
 def least_current(motor: MotorData, driver: DriverData) -> float:
-    """Return the current, A, that blanking time drives through a winding at rest in slow decay, or 0 if none."""
+    """Return the current, A, that blanking time alone drives through a winding at rest in slow decay, else 0."""
     if driver.kind != "chopper" or driver.decay not in ("slow", "auto") or not driver.least_on:
         return 0.0
     period = driver.off_time + driver.least_on if driver.off_time else driver.period
@@ -34,10 +34,10 @@ def least_current(motor: MotorData, driver: DriverData) -> float:
 
 
 def current_note(motor: MotorData, driver: DriverData, *, little: bool = False) -> str:
-    """Return a note if a motor at rest gets more, or much less, than its rated current; otherwise an empty text.
+    """Return a note if a motor at rest gets more, or much less, than its rated current; else an empty text.
 
     Args:
-        little: report only a much lower current, with which the motor holds almost no load.
+        little: whether to report only a much lower current, with which the motor holds almost no load.
     """
     current = driver.current
     if driver.kind in ("voltage", "bilevel"):
@@ -51,10 +51,11 @@ def current_note(motor: MotorData, driver: DriverData, *, little: bool = False) 
 
 
 def chopper_notes(motor: MotorData, driver: DriverData, given: Any) -> tuple[str, ...]:
-    """Return notes on a driver's current and on its chopper, switching or averaged; empty if there are none.
+    """Return notes on a driver's current and on its chopper, switching or averaged; () if there are none.
 
     Args:
-        given: the driver as set by the user; if it has neither a clock nor a name, 20 kHz is assumed.
+        given: the driver as set by the user; if it has neither a chopper clock nor a known name, 20 kHz
+            is assumed.
     """
     notes = [note for note in (current_note(motor, driver),) if note]
     if driver.kind not in ("chopper", "averaged"):

@@ -28,7 +28,7 @@ from .motors import MOTORS
 
 
 class DriverRow(NamedTuple):
-    """A driver on the market: its kind of switching, supply range, V, and maximum phase current, A."""
+    """A driver on the market: its data, the range of its supply, V, and its maximum phase current, A."""
 
     data: DriverData
     supply: tuple[float, float]
@@ -148,7 +148,7 @@ NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 
 
 def _pattern(form: str) -> re.Pattern[str]:
-    """Return the pattern for a part of the text, such as "rest {rest:A}"."""
+    """Return the pattern that matches one part of a driver's text, from its form, such as "rest {rest:A}"."""
     found = ""
     for words, name, unit in re.findall(r"([^{]*)(?:\{(\w+):(\w+)\})?", form):
         found += re.escape(words).replace(r"\ ", r"\s+")
@@ -159,7 +159,7 @@ def _pattern(form: str) -> re.Pattern[str]:
 
 
 def _figures_in(text: str, name: str, motor: MotorData) -> Iterator[tuple[str, str, Any]]:
-    """Yield the figures in a text: the part of the text, the name of the figure, and its value."""
+    """Yield each figure in a driver's text: the part of the text that sets it, the figure's name, its value."""
     for part in re.sub(r"(?<=[^\s,])\s+(averaged|chopper)\b", r", \1", text, flags=re.IGNORECASE).split(","):
         part = part.strip()
         if part in DRIVERS:
@@ -186,14 +186,14 @@ def _figures_in(text: str, name: str, motor: MotorData) -> Iterator[tuple[str, s
 
 
 def _in_series(times: float, part: str, name: str, motor: MotorData) -> float:
-    """Return the resistance of the series resistor of an L/nR driver, ohms."""
+    """Return the resistance (ohms) of the series resistor of an L/nR driver, where n is `times`."""
     if times < 1:
         raise UsageError(f"{name}: {part!r}; allowed L/1R or more (the winding itself is 1 R), such as L/4R 20 V")
     return (times - 1) * motor.resistance
 
 
 def _of_text(text: str, name: str, motor: MotorData) -> dict[str, Any]:
-    """Return the table that a text is equivalent to."""
+    """Return the table of figures that is equivalent to a driver's text."""
     given: dict[str, Any] = {}
     by: dict[str, str] = {}
     for part, each, value in _figures_in(text, name, motor):
@@ -208,8 +208,8 @@ def _of_text(text: str, name: str, motor: MotorData) -> dict[str, Any]:
 def read_driver(value: Any, name: str, motor: MotorData) -> DriverData:
     """Return a driver described by text or by a table of figures.
 
-    The text may name a driver on the market, and so may the table, with `like`; any other figures replace
-    those of the named driver.
+    The text may contain the name of a driver on the market, and so may the table, under `like`; all other
+    figures replace those of the named driver.
 
     Args:
         name: the driver's name in messages.
@@ -253,7 +253,7 @@ def read_driver(value: Any, name: str, motor: MotorData) -> DriverData:
 
 
 def has_own_clock(value: Any, motor: MotorData) -> bool:
-    """Return whether a driver, as set by the user, has its own chopper clock; for others 20 kHz is assumed."""
+    """Return whether the user named a driver, or set its chopper clock or off-time; if not, 20 kHz is assumed."""
     if isinstance(value, DriverData):
         return True
     given = _of_text(value, "driver", motor) if isinstance(value, str) else value or {}
@@ -267,7 +267,7 @@ def _driver_named(like: object, name: str) -> DriverRow:
 
 
 def _fitting(given: Mapping[str, Any], rows: Sequence[Option], name: str) -> None:
-    """Refuse figures that do not exist for this kind of driver, and a driver that lacks a required figure."""
+    """Refuse figures that do not exist for the driver's kind, and a driver that lacks a required figure."""
     kind = given.get("kind", rows[1].default)
     if not isinstance(kind, str) or kind not in TAKES:
         return  # `checked` reports it
@@ -282,7 +282,7 @@ def _fitting(given: Mapping[str, Any], rows: Sequence[Option], name: str) -> Non
 
 
 def _regulated(given: Mapping[str, Any], name: str, motor: MotorData) -> float:
-    """Return the current set by the user, or the motor's rated current."""
+    """Return the current (A) set by the user, or the motor's rated current if none is set."""
     if "current" not in given:
         return motor.current
     row = next(row for row in FIGURES if row.name == "current")
@@ -290,7 +290,7 @@ def _regulated(given: Mapping[str, Any], name: str, motor: MotorData) -> float:
 
 
 def _factor(value: Any, level: str, current: float, name: str) -> Any:
-    """Return a current level as a factor of `current`; a level in text with a unit is in amperes."""
+    """Return a current level as a factor of `current`; the value is a factor, or a text in amperes with a unit."""
     value = float(value) if isinstance(value, str) and re.fullmatch(NUMBER, value) else value
     if not isinstance(value, str):
         return value
@@ -302,7 +302,7 @@ def _factor(value: Any, level: str, current: float, name: str) -> Any:
 
 
 def _within(driver: DriverData, row: DriverRow, name: str) -> DriverData:
-    """Return a driver after checking that its data sheet allows the supply voltage and the current."""
+    """Return a driver after checking that the data sheet in its row allows its supply voltage and current."""
     low, high = row.supply
     if not low <= driver.supply <= high:
         raise UsageError(f"{name}: supply {driver.supply:g} V; the {row.data.name} allows {low:g}..{high:g} V")

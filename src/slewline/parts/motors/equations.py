@@ -26,7 +26,7 @@ from dataclasses import dataclass, replace
 
 @dataclass(frozen=True, slots=True)
 class Equations:
-    """A piece of a model.
+    """A piece of a model, such as a driver: its equations as source text.
 
     Attributes:
         states: names of the integrated states.
@@ -35,10 +35,10 @@ class Equations:
         torque: the torque, as a function of position and currents.
         decide: decisions at a grid point; s, c and torque are those of the grid point.
         fixed: values that follow from the decisions, constant for the whole step.
-        rates: the rates of change.
-        settle: assignments after each step; the state before the step is named with a 0: `omega0`.
+        rates: the rates of change of the states.
+        settle: assignments after each step; a state before the step has a 0 after its name: `omega0`.
         edge: the effect of an edge of the inputs; r1 is the new set point, o1 the previous one.
-        rest: the conditions, joined by `and`, under which nothing changes any more.
+        rest: the conditions, all of which must be true for nothing to change any more.
     """
 
     states: tuple[str, ...] = ()
@@ -54,12 +54,12 @@ class Equations:
 
 
 def each(text: str, *numbers: int) -> str:
-    """Return the lines for windings 1, 2 ...; # is replaced by the winding's number."""
+    """Return the lines of a text once for each numbered winding, with # replaced by the winding's number."""
     return "\n".join(text.replace("#", str(n)) for n in numbers)
 
 
 def still(*states: str) -> tuple[str, ...]:
-    """Return the conditions under which some currents no longer change."""
+    """Return the conditions under which the named currents no longer change, one condition per current."""
     return tuple(f"absolute(d_{state}) * H < STILL" for state in states)
 
 
@@ -100,9 +100,10 @@ LAGGING = Equations(
 
 
 def reluctance(phases: int) -> Equations:
-    """Return the equations of a variable reluctance motor: L + SWING cos(x - position of the phase), no magnet.
+    """Return the equations of a variable reluctance motor, which has no magnet.
 
-    Its torque is proportional to the square of the current; without current there is neither torque nor EMF.
+    A phase has the inductance L + SWING cos(x - position of the phase), x being the electrical angle.  The
+    torque is proportional to the square of the current; without current there is neither torque nor EMF.
     """
     if phases == 4:
         turned = [("c", "s"), ("s", "-c"), ("-c", "-s"), ("-s", "c")]
@@ -157,13 +158,13 @@ RIPPLES = "(on# == 0.0) and (absolute(i# - 0.7 * r#) <= 0.32 * absolute(r#))"
 
 
 def chopper(decay: str, blanked: bool, timed: bool) -> Equations:
-    """Return the equations of a chopper: a latch is set, and is reset when the current reaches its peak.
+    """Return the equations of a chopper: a latch keeps a phase on until the current of that phase peaks.
 
     Args:
-        decay: slow, fast, mixed, or auto; auto is slow, and mixed after an edge at which the current is to
+        decay: slow, fast, mixed, or auto; auto is slow, but mixed after an edge at which the current is to
             decrease.
-        blanked: whether a phase is on for a minimum time.
-        timed: whether each phase is switched on again after its off-time; if not, a clock sets both latches.
+        blanked: whether a phase stays on for a minimum time.
+        timed: whether each phase is switched on again after an off-time; if not, a clock sets both latches.
     """
     if timed:
         lines, kept = ["now = t * 1e-12"], ["asked", "on1", "on2", "off1", "off2"]
@@ -267,7 +268,7 @@ BLOCKED = Equations(rates="d_theta = 0.0 * omega\nd_omega = 0.0 * omega", settle
 
 
 def stopped(suffix: str = "") -> Equations:
-    """Return the equations of hard stops without bounce, for the rotor or, with "2", for the load on the coupling."""
+    """Return the equations of hard stops without bounce; suffix "": the rotor, "2": the load on the coupling."""
     theta, omega = f"theta{suffix}", f"omega{suffix}"
     return Equations(
         decide=f"free = where({omega} == 0.0, where(({theta} >= STOP_HIGH) and (pulls > 0.0), 0.0, free), free)\n"
@@ -282,5 +283,5 @@ def stopped(suffix: str = "") -> Equations:
 
 
 def without_rest(of: Equations) -> Equations:
-    """Return equations without rest conditions, for use with another piece that contains these conditions."""
+    """Return equations without their rest conditions, to be used with a piece that has its own rest conditions."""
     return replace(of, rest=())

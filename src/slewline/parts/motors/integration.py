@@ -1,4 +1,4 @@
-"""Integration of a law at the grid points, first in plain Python, then compiled as soon as that saves time."""
+"""Integration of a motor's equations at grid points: first in plain Python, compiled once that saves time."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ SOON = 20_000  # steps in plain Python that take less time than compiling by Num
 
 
 class Integrable(Protocol):
-    """A system that can be integrated: a law (law.py)."""
+    """Protocol of a system that can be integrated: a `MotorLaw` (law.py)."""
 
     @property
     def model(self) -> Model:
@@ -35,7 +35,7 @@ class Integrable(Protocol):
 
     @property
     def parameters(self) -> tuple[Any, ...]:
-        """Values of `model.parameters`."""
+        """Values of the parameters that `model.parameters` names, in the same order."""
 
     @property
     def table(self) -> tuple[tuple[float, ...], ...]:
@@ -83,7 +83,7 @@ class MotorTrace:
     rests: bool
 
     def __getitem__(self, name: str) -> NDArray[np.float64]:
-        """Return a column of the states by its name.
+        """Return the state variable with the given name at all grid points, (n,) float64.
 
         Raises:
             UnknownName: the law has no such state.
@@ -95,26 +95,26 @@ class MotorTrace:
 
     @property
     def lag(self) -> NDArray[np.float64]:
-        """The lag of the rotor relative to its command, in full steps: (n,) float64."""
+        """The lag of the rotor relative to its command at each grid point, in full steps: (n,) float64."""
         lag: NDArray[np.float64] = self.commands / self.law.micro - self["theta"] / self.law.step
         return lag
 
     @property
     def worst(self) -> float:
-        """The greatest distance between the rotor and its command, in full steps."""
+        """The greatest distance between the rotor and its command at any grid point, in full steps."""
         import numpy as np
 
         return float(np.abs(self.lag).max())
 
     @property
     def lost(self) -> int:
-        """Full steps lost at the end; positive if the rotor lags, negative if it leads."""
+        """Full steps lost by the last grid point; positive if the rotor lags, negative if it leads."""
         return round(float(self.lag[-1]) / self.law.period) * self.law.period
 
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """A grid point: its instant (ps), the state at it, and the command and row in force after it."""
+    """A grid point: its instant (ps), the state there, and the command and table row in force from then on."""
 
     t: int
     state: tuple[float, ...]
@@ -123,9 +123,9 @@ class Point:
 
 
 class Integration:
-    """Integrator of a law, first in plain Python, then compiled as soon as that saves time.
+    """Integrator of a motor's equations, first in plain Python, then compiled as soon as that saves time.
 
-    The results of both are bit-identical.
+    The results of plain Python and compiled code are bit-identical.
     """
 
     def __init__(self, law: Integrable, engine: str | None = None) -> None:
@@ -136,7 +136,7 @@ class Integration:
 
     @property
     def engine(self) -> Engine:
-        """Present engine."""
+        """The engine to use now: as set by the user, or else by the number of grid points computed so far."""
         model = self.law.model
         if self.named is None and numba_is_there() and (model.is_compiled or self.made >= SOON):
             return model.numba
@@ -155,7 +155,7 @@ class Integration:
         point: Point,
         limit: float = float("inf"),
     ) -> MotorTrace:
-        """Return the grid points from `point`, which is included, to the last grid point up to an instant (ps)."""
+        """Return the motion at `point` and the grid points up to `stop` (ps), or until the lag exceeds `limit`."""
         import numpy as np
 
         parts: list[tuple[Any, ...]] = []
@@ -174,8 +174,8 @@ class Integration:
     ) -> tuple[bool, bool, tuple[Any, ...]]:
         """Return whether more grid points may follow, whether the motor is at rest, and the next points as columns.
 
-        The columns are instants, commands, codes and states.  Filled columns are returned without being copied;
-        copying would take half as long as the integration.
+        The columns are instants, commands, codes and states; their first row is `point`.  Mostly filled columns
+        are returned without being copied; copying would take half as long as the integration.
         """
         import numpy as np
 

@@ -7,12 +7,12 @@
 
 Queries and earlier integration have no influence, so a state is bit-identical for any order of queries.
 Plain Python and Numba agree, since they run the same lines: sums, products, square roots and
-comparisons, in one order.  Sine and cosine are computed from these operations, too, because library
+comparisons, in the same order.  Sine and cosine are computed from these operations, too, because library
 functions differ in the last bit between machines.
 
-The states of drivers and friction are decided at grid points, for a step of full length, however short
-the step becomes.  Once nothing changes any more, the motor is at rest until the next edge, and takes no
-computing time.
+Whether a driver switches, or friction holds the shaft, is decided at a grid point as if the step after
+it had its full length, even if an input edge shortens that step.  Once nothing changes any more, the
+motor is at rest until the next edge, and takes no computing time.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ PS = "1e-12"
 class Model:
     """Equations of one system, in the order of their evaluation.
 
-    `parameters` are the names in capitals; `rows` is the number of set points of the driver.
+    `parameters` are the names in capitals in the equations; `rows` is the number of set points: r1, r2 ...
     """
 
     pieces: tuple[Equations, ...]
@@ -68,7 +68,7 @@ class Model:
 
     @property
     def whole(self) -> tuple[str, ...]:
-        """Names of all state variables."""
+        """Names of all state variables: first the integrated states, then the kept values."""
         return self.states + self.kept
 
     # ------------------------------------------------------------------------------------------------------- the lines
@@ -88,24 +88,24 @@ class Model:
 
     @property
     def _before(self) -> list[str]:
-        """Lines that save the state before a step."""
+        """Lines that save each integrated state before a step under its name with a 0, such as `omega0`."""
         return [f"{name}0 = {name}" for name in self.states]
 
     @property
     def _kept_names(self) -> tuple[str, ...]:
-        """Names of the kept values that are constant at rest; values assigned in `begin` follow the set points."""
+        """Names of the kept values that are constant at rest: all except the values assigned in `begin`."""
         given = [line.split(" = ")[0] for line in self._of("begin")]
         return tuple(name for name in self.kept if name not in given)
 
     @property
     def _rest(self) -> str:
-        """The condition for rest, with the load's condition first, since it is seldom true."""
+        """The condition, as source text, under which the motor is at rest; the load's part, seldom true, is first."""
         conditions = [condition for piece in reversed(self.pieces) for condition in piece.rest]
         return " and ".join(f"({condition})" for condition in conditions) or "False"
 
     @property
     def _step(self) -> list[str]:
-        """Lines that compute the state `dt` seconds after a grid point from the rates there."""
+        """Lines that compute the state `dt` seconds after a grid point from the state and rates at that point."""
         lines = ["half = 0.5 * dt"]
         rates = [*ANGLE.splitlines(), *self._of("torque"), *self._of("rates")]
         for number, length in ((1, "half"), (2, "half"), (3, "dt")):
@@ -129,13 +129,19 @@ class Model:
 
     @property
     def _edge(self) -> list[str]:
-        """Lines for an edge of the inputs."""
+        """Lines that take the new set points at an edge of the inputs, and apply the effects of the edge."""
         numbers = range(1, self.rows + 1)
         old = [f"o{n} = r{n}" for n in numbers if f"o{n}" in "\n".join(self._of("edge"))]
         return [*old, "code = codes[edge]", *(f"r{n} = table[code][{n - 1}]" for n in numbers), *self._of("edge")]
 
     def advance(self, emit: Sequence[str], begin: Sequence[str], give: str) -> str:
-        """Return the source text of the function that advances from a grid point to the last one up to `stop`."""
+        """Return the source text of the function `advance`, which computes the grid points up to an instant `stop`.
+
+        Args:
+            emit: lines that store a grid point.
+            begin: lines before the first grid point.
+            give: the line that returns the result.
+        """
         return "\n".join(
             [
                 "def advance(parameters, table, t, state, code, command, times, codes, commands, stop, most, limit,"
@@ -166,7 +172,7 @@ class Model:
 
     @property
     def after(self) -> str:
-        """Source text of the function that returns the state after a grid point, up to the next grid point."""
+        """Source text of the function `after`: the state `span` ps after a grid point, up to the next grid point."""
         saved = [f"{name}_ = {name}" for name in self._kept_names]
         marks = dict.fromkeys(self.states, "0") | dict.fromkeys(self._kept_names, "_")
         same = f"({', '.join(name + marks.get(name, '') for name in self.whole)},)"
@@ -241,26 +247,26 @@ def crossing(parameters, table, t, state, code, low, span, which, factor, bound,
 
 @dataclass(frozen=True)
 class Engine:
-    """Functions of a model: `advance`, `after` and `crossing`."""
+    """The functions of a model, by name, for plain Python or compiled: `advance`, `after` and `crossing`."""
 
     functions: dict[str, Callable[..., Any]]
 
     @property
     def after(self) -> Callable[..., Any]:
-        """Function that computes the state some time after a grid point."""
+        """Function that computes the state a given time after a grid point."""
         return self.functions["after"]
 
     @property
     def crossing(self) -> Callable[..., Any]:
-        """Function that computes when a state crosses a bound, in ps after a grid point."""
+        """Function that computes when a position crosses a bound after a grid point, in ps after that grid point."""
         return self.functions["crossing"]
 
     @property
     def advance(self) -> Callable[..., Any]:
-        """Function that computes the grid points up to an instant."""
+        """Function that computes the grid points from a given grid point up to an instant."""
         return self.functions["advance"]
 
 
 def indented(depth: int, *lines: Iterable[str]) -> list[str]:
-    """Return lines with `depth` more levels of indentation."""
+    """Return all lines of the given sequences as one list, indented by `depth` more levels."""
     return ["    " * depth + line for some in lines for line in some]

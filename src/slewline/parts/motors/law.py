@@ -38,7 +38,7 @@ _STEPS = re.compile(r"full|wave|half|micro ?([1-9]\d{0,3})")
 
 
 def check_steps(steps: str) -> str:
-    """Return a step mode after checking it: "full", "wave", "half", "micro 8".
+    """Return a step mode after checking it: "full", "wave", "half", or "micro" and a number, such as "micro 8".
 
     Raises:
         UsageError: the text is not a step mode.
@@ -49,7 +49,7 @@ def check_steps(steps: str) -> str:
 
 
 def usual_step(driver: DriverData) -> int:
-    """Return the default grid step, ps."""
+    """Return the default grid step for a driver, ps."""
     return CHOPPED_PS if driver.kind == "chopper" else STEP_PS
 
 
@@ -58,14 +58,14 @@ class MotorLaw:
     """The equations of motion of a stepper motor with driver and load.
 
     Args:
-        motor, driver, load: their data.
-        steps: the step mode of a command: "full" (two phases on), "wave" (one phase on), "half", or "micro 8": 8
-            commands per full step.
-        step_ps: the grid step, ps; 0: 20 µs, or 1 µs for a switching chopper.  The grid starts again at each edge.
+        motor, driver, load: the data of each.
+        steps: the step mode: "full" (two phases on), "wave" (one phase on), "half", or "micro 8": 8 commands
+            per full step.
+        step_ps: the grid step, ps; 0: 20 µs, 1 µs for a switching chopper.  The grid restarts at each edge.
         blocked: whether the rotor is blocked.
-        phased: whether the inputs are phases, not steps.  The table then has a row for each combination of phases,
-            numbered by the sum of the phases that are on: 1 for the first phase, 2, then 4 ...; `steps` is "half".
-        origin: the command, in half steps of `fields`, that counts as command 0 of a phased motor.
+        phased: whether the inputs are phases, not steps; `steps` is then "half", and the table has a row per
+            combination of phases, numbered by the sum over the phases that are on: 1 for phase 1, 2, 4 ...
+        origin: if phased, the command, in half steps as in `fields`, that counts as command 0.
         restless: whether to integrate also at rest, to include the chopper ripple.
 
     Raises:
@@ -117,7 +117,7 @@ class MotorLaw:
 
     @property
     def lost_at(self) -> float:
-        """Distance from the command beyond which steps are lost: 3.9 full steps, or 2.9 with three phases."""
+        """Lag or lead of the rotor beyond which steps are lost: 3.9 full steps, or 2.9 with three phases."""
         return self.period - NEAR
 
     @property
@@ -150,7 +150,7 @@ class MotorLaw:
 
     @cached_property
     def parameters(self) -> tuple[Any, ...]:
-        """Values of `model.parameters`."""
+        """Values of the parameters that `model.parameters` names, in the same order."""
         motor, driver, load = self.motor, self.driver, self.load
         h = self.step_ps * 1e-12
         coupled = load.stiffness > 0
@@ -195,7 +195,7 @@ class MotorLaw:
 
     @cached_property
     def table(self) -> tuple[tuple[float, ...], ...]:
-        """The driver's set points, by command modulo `cycle`, at each of `LEVELS`: amperes, volts, or 1 for on."""
+        """Set points (A, V, or 1 for on): for each of `LEVELS`, a row per command of a cycle or set of phases."""
         return table(self.motor, self.driver, self.steps, self.phased, self.origin)
 
     def asked(self) -> tuple[tuple[float, ...], ...]:
@@ -227,7 +227,7 @@ class MotorLaw:
         return self.asked_for(signs, factor)
 
     def _phases(self, bits: int, factor: float) -> tuple[float, ...]:
-        """Return the set points for the phases that are on, with the current multiplied by a factor."""
+        """Return the set points for the phases that are on (`bits`), with the current multiplied by a factor."""
         on = [float(bits >> n & 1) for n in range(self.period)]
         if self.motor.windings in ("reluctance", "unipolar"):
             return tuple(part * (factor > 0) for part in on)
@@ -238,8 +238,8 @@ class MotorLaw:
     def fields(self) -> tuple[int | None, ...]:
         """The command, 0 to `cycle` - 1, for each combination of phases, by its bits; None if there is no field.
 
-        With two windings, phases 1 and 2 are the ends of one winding, 3 and 4 those of the other; command 0 corresponds
-        to phases 1 and 3 being on.
+        With two windings, phases 1 and 2 are the ends of one winding, 3 and 4 those of the other; command 0
+        corresponds to phases 1 and 3 being on.
         """
         found: list[int | None] = []
         for bits in range(1 << self.period):
@@ -258,7 +258,7 @@ class MotorLaw:
         return self.driver.kind in ("voltage", "bilevel")
 
     def asked_for(self, signs: Sequence[float], factor: float) -> tuple[float, ...]:
-        """Return the row for a field (two numbers from -1 to 1), with the current multiplied by a factor (0: off)."""
+        """Return the set points for a field (-1 to 1 per winding), with the current times a factor (0: off)."""
         on = factor > 0
         if self.motor.windings == "unipolar":
             one, two = signs
@@ -271,7 +271,7 @@ class MotorLaw:
 
     # ------------------------------------------------------------------------------------------------------ to and from
     def at_rest(self, command: int = 0, level: str = "slew", code: int | None = None) -> tuple[float, ...]:
-        """Return the state of a rotor at rest at a command, with its currents settled at the set points of a row."""
+        """Return the state at rest at `command`, its currents settled at row `code`, by default the row at `level`."""
         row = self.table[self.code(command, level) if code is None else code]
         place = command / self.micro * self.motor.step
         amperes = dict(zip(("i1", "i2", "i3", "i4"), self._settled(row), strict=False))
@@ -279,7 +279,7 @@ class MotorLaw:
         return tuple(given.get(name, 0.0) for name in self.names)
 
     def turning(self, rate: float) -> tuple[float, ...]:
-        """Return the state of a rotor that turns at a constant rate, full steps/s, in step with command 0."""
+        """Return the state of a rotor that turns in step at a constant rate, full steps/s, as command 0 begins."""
         named = dict(zip(self.names, self.at_rest(), strict=True))
         named |= {name: -LAGS * self.step for name in ("theta", "theta2") if name in named}
         named |= {name: rate * self.step for name in ("omega", "omega2", "omega3") if name in named}
@@ -297,7 +297,7 @@ class MotorLaw:
         return [min(max(part, -most), most) for part in row]
 
     def code(self, command: int, level: str = "slew") -> int:
-        """Return the row of the table for a command."""
+        """Return the number of the row of `table` for a command at a current level."""
         return command % self.cycle + self.cycle * LEVELS.index(level)
 
     def compile(self) -> None:
@@ -312,7 +312,7 @@ class MotorLaw:
         )
 
     def after(self, t: int, state: Sequence[float], code: int, span: int) -> tuple[float, ...]:
-        """Return the state `span` ps after a grid point, no later than the next grid point."""
+        """Return the state `span` ps after the grid point at `t`, no later than the next grid point."""
         found: tuple[float, ...] = self.model.python.after(self.parameters, self.table, t, tuple(state), code, span)
         return found
 
@@ -335,16 +335,16 @@ class MotorLaw:
         Args:
             times: the instants of the commands, (n,) int64 ps, ascending, after `start`.
             commands: the command in force from each instant, (n,) int64, counted from command 0.
-            start, stop: the window, ps.
-            codes: the table row for each command, (n,) int64; by default the row that belongs to the command.
-            state, command, code: the state, command and row at `start`; by default the rotor rests at the position of
-                `command`.
-            limit: the distance from the command, in full steps, at which the integration stops early.
+            start, stop: the first and the last instant, ps.
+            codes: the table row for each command, (n,) int64; by default the row of the command at level "slew".
+            state, command, code: the state, command and row at `start`; by default the rotor rests at the
+                position of `command`.
+            limit: the distance of the rotor from its command, in full steps, beyond which the integration ends.
             engine: "python" or "numba"; None: Numba for long runs, if it is installed.
 
         Raises:
-            UsageError: the instants are not in ascending order or do not match the commands, or the engine is unknown
-                or not installed.
+            UsageError: the instants are not in ascending order or do not match the commands, or the engine is
+                unknown or not installed.
         """
         import numpy as np
 

@@ -14,13 +14,13 @@ from .motors import read_motor
 
 
 def read_system(motor: Any, driver: Any, load: Any, name: str = "") -> tuple[MotorData, DriverData, LoadData]:
-    """Return the data of a motor, its driver and its load, each by name, as text, or as a table.
+    """Return the data of a motor, its driver and its load, each described by name, as text, or as a table.
 
     Args:
         name: prefix of "motor", "driver" and "load" in messages.
 
     Raises:
-        UnknownName, UsageError: a name is unknown, a value is not allowed, or the motor cannot hold the load.
+        UnknownName, UsageError: a name is unknown, a value not allowed, or the motor cannot hold the load.
     """
     turns = read_motor(motor, f"{name}motor")
     drives = read_driver(driver, f"{name}driver", turns)

@@ -78,19 +78,20 @@ class MotorData:
 class DriverData:
     """A driver and its settings.
 
-    "current"   the current follows its set point with a first-order lag `lag` (0: immediately), whatever the supply
+    "current"   the current follows its set point with a first-order lag `lag` (0: no lag), for any supply
     "averaged"  a current source limited by the supply: the mean of a chopper, without its ripple and damping
-    "chopper"   regulates the peak current, at a fixed frequency or, with `off_time`, with a fixed off-time, during
-                which the current decays in slow mode (shorted), fast (against the supply), mixed (fast for `fast_part`
-                of a period or off-time, then slow), or auto (slow, and mixed after a step at which the current is to
-                decrease)
+    "chopper"   regulates the peak current, at a fixed frequency or, with `off_time`, with a fixed off-time;
+                while off, the current decays in slow mode (shorted), fast (against the supply), mixed (fast
+                for `fast_part` of a period or off-time, then slow), or auto (slow, but mixed after a step at
+                which the current is to decrease)
     "voltage"   the supply through `series` ohms: L/R, and L/nR
     "bilevel"   `high` volts for `high_time` after each change of a phase, then the supply
 
-    `current` is the current per phase with two phases on; with `boost`, a single phase gets sqrt(2) times as much,
-    for half steps with an even torque.  `rest`, `slew` and `ramp` are factors of this current, selected by MOV and
-    RAMP.  A half winding that is switched off drives its current into `clamp` volts (0.7 for a diode, or the voltage
-    of a Zener diode).
+    `current` is the current per phase with two phases on; with `boost`, a phase that is on alone gets
+    sqrt(2) times as much, for half steps with an even torque.  `rest`, `slew` and `ramp` are factors by
+    which this current is multiplied at rest, at constant speed and on ramps, as signalled by MOV and RAMP.
+    A half winding that is switched off drives its current into `clamp` volts (0.7 for a diode, or the
+    voltage of a Zener diode).
     """
 
     name: str = ""
@@ -130,10 +131,10 @@ class DriverData:
 class LoadData:
     """The load of a motor, in addition to its rotor.
 
-    `friction` is Coulomb friction, and `stiction` the torque that a shaft at rest resists (None: equal to the
-    friction).  `torque` acts backwards, against counting up, like a weight being lifted.  With `stiffness` the
-    inertia is connected by a coupling, and friction and torque act beyond it.  A damper is an inertia of
-    `damper_inertia`, dragged along by `damper_drag`.
+    `friction` is Coulomb friction, and `stiction` the torque that a shaft at rest resists (None: equal to
+    the friction).  `torque` acts backwards, against counting up, like a weight being lifted.  With
+    `stiffness` the inertia is connected by a coupling, and friction and torque act beyond that coupling.  A
+    damper is an inertia of `damper_inertia`, dragged along by `damper_drag`.
     """
 
     inertia: float = 0.0  # kg m2

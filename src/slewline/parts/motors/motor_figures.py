@@ -1,4 +1,4 @@
-"""Rows of figures: the entries of the table for a motor, a driver or a load, their ranges, and their text form."""
+"""Figures of a motor, a driver or a load: rows that define names, units and ranges; and their text form."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ REACH: Mapping[str, tuple[float, str]] = MappingProxyType(  # maximum value of a
 
 
 def figure(name: str, unit: str, description: str, default: float | None = 0.0) -> Option:
-    """Return the row of a figure that is 0 or more; with the default None, None is allowed as well."""
+    """Return the row of a figure that is 0 or more; if the default is None, None is allowed as well."""
     return Option(name, "quantity", default, description, low=0, unit=unit, check=in_reach(unit), none=default is None)
 
 
 def positive(name: str, unit: str, description: str, default: Any = ...) -> Option:
-    """Return the row of a figure that is more than 0 and required; with the default None, it is optional."""
+    """Return the row of a figure that is more than 0; required, unless a default is passed, which may be None."""
     return Option(name, "quantity", default, description, unit=unit, check=above_0(unit), none=default is None)
 
 
@@ -34,13 +34,13 @@ def signed(name: str, unit: str, description: str) -> Option:
 
 
 def above_0(unit: str) -> Callable[[float], str]:
-    """Return the check for a number that must be more than 0."""
+    """Return a check of numbers, which complains unless a number is more than 0 and plausible (`in_reach`)."""
     reach = in_reach(unit)
     return lambda value: reach(value) if value > 0 else f"allowed more than 0 {unit}".rstrip()
 
 
 def in_reach(unit: str) -> Callable[[float], str]:
-    """Return the check that a number is not so far beyond any real motor and load that its unit must be wrong."""
+    """Return a check that rejects a number so far beyond any real motor or load that its unit must be wrong."""
     most, usual = REACH.get(unit, (inf, ""))
     message = f"allowed up to {most:g} {unit}; a number alone is in {unit}, so write the unit, such as '68 {usual}'"
     return lambda value: "" if abs(value) <= most else message
@@ -58,13 +58,13 @@ def of_text(
 
     Args:
         name: name of the described object, for messages.
-        spelled: other words for figures, such as "holding torque", in lower case; also whole parts of the text, such
-            as "unipolar", with the figure and its value, "windings unipolar".
-        beside: parts of the text allowed in addition to the figures.
+        spelled: figures by other words for them, such as "holding torque", in lower case; also replacements
+            for whole parts of the text, such as "windings unipolar" for "unipolar".
+        beside: names allowed in addition to the figures.
 
     Raises:
-        UsageError: a part of the text names no figure, or a figure occurs twice.  An unknown figure is included in the
-            table, and `checked` refuses it.
+        UsageError: a number has no name, a figure occurs twice, or a comma is missing.  A figure with an
+            unknown name is included in the table, and `checked` refuses it later.
     """
     if ";" in text:
         raise UsageError(f"{name} {text!r}: separate figures with commas, not semicolons")
@@ -96,7 +96,7 @@ def of_text(
 
 
 def complaint(read: Callable[[Any, str], object]) -> Callable[[Any], str]:
-    """Return a check for an option, which returns the message with which `read(value, name)` refuses, or ""."""
+    """Return a check for an option: its result is the message of the error that `read` raises, or "" if none."""
 
     def refusal(value: Any) -> str:
         try:

@@ -145,7 +145,7 @@ def motor_table(value: str | Mapping[str, Any], name: str = "motor") -> dict[str
     """Return the table of figures for a motor described by text or by a table.
 
     Raises:
-        UsageError: a part of the text names no figure, a figure occurs twice, or a step angle is impossible.
+        UsageError: the text is not understood, a figure occurs twice, or the step angle is not allowed.
     """
     given = of_text(value, FIGURES, name, SPELLED, BESIDE) if isinstance(value, str) else {**value}
     if given.get("step_angle") is not None and "teeth" in given:
@@ -171,7 +171,7 @@ def _teeth(angle: Any, name: str) -> int:
 def read_motor(value: Any, name: str = "motor") -> MotorData:
     """Return a motor described by its name, by its figures as text, or by a table of figures.
 
-    Text and table may name a motor with `like`; their other figures replace those of that motor.
+    Text and table may name a motor with `like`; their other figures then replace those of the named motor.
 
     Args:
         name: the motor's name in messages.
@@ -200,7 +200,7 @@ def read_motor(value: Any, name: str = "motor") -> MotorData:
 
 
 def assumptions(value: Any) -> tuple[str, ...]:
-    """Return the assumptions for figures that a user has left out, in words; there are none for a named motor.
+    """Return, in words, the assumptions for figures that a user has left out; an empty tuple for a named motor.
 
     Args:
         value: the motor, as passed to `read_motor`.

@@ -1,4 +1,4 @@
-"""Functions that the equations call, and functions made from source text, for plain Python and for Numba."""
+"""Functions that the equations call, and ways to make functions from source text, in Python and Numba."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ absolute = abs
 
 
 def compiled(text: str, names: dict[str, Any], place: str = "<equations of a motor>") -> dict[str, Any]:
-    """Execute a Python source text; return `names` and the names that the text defines, with their values."""
+    """Execute a Python source text; return a dictionary of `names` and of all names that the text defines."""
     space = dict(names)
     exec(compile(text, place, "exec"), space)
     return space
@@ -59,10 +59,10 @@ def module_text(functions: Sequence[str]) -> str:
 
 
 def machine_code(functions: Sequence[str]) -> dict[str, Callable[..., Any]]:
-    """Return functions that Numba compiles on first use with each argument type, or loads from its cache.
+    """Return functions by name; Numba compiles each for new argument types, or loads it from its cache.
 
     Args:
-        functions: the texts of the functions; each may call those before it.
+        functions: the source texts of the functions; each function may call those before it.
 
     Raises:
         ImportError: Numba is not installed.
@@ -85,7 +85,7 @@ def machine_code(functions: Sequence[str]) -> dict[str, Callable[..., Any]]:
         return {name: rebuilt()[name] for name in names}
 
     def safe(name: str) -> Callable[..., Any]:
-        """Return a function that works without the cache if the cache fails (damaged file, full disk)."""
+        """Return the named function in a form that still works if the cache fails (damaged file, full disk)."""
         function = kept[name]
 
         def call(*given: Any) -> Any:

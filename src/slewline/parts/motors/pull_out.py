@@ -35,7 +35,7 @@ class PullOutPoint(NamedTuple):
     Attributes:
         rate: the rate, full steps/s.
         torque: the maximum torque in addition to the load, N m; 0: the motor does not turn.
-        neighbours: rate and torque at the neighbouring rates, 0.6 % below and above; empty if none were measured.
+        neighbours: (rate, torque) of the neighbouring rates, 0.6 % below and above; empty if not measured.
         holding: the holding torque, N m.
     """
 
@@ -46,7 +46,7 @@ class PullOutPoint(NamedTuple):
 
     @property
     def isolated(self) -> str:
-        """Text "success" or "failure" if the torque is far above or far below that of both neighbours, else empty."""
+        """Text "success" if the torque is far above that of both neighbours, "failure" if far below, else empty."""
         apart = [self.torque - torque for _, torque in self.neighbours]
         limit = APART * self.holding
         if apart and min(apart) > limit:
@@ -63,7 +63,7 @@ class PullOutPoint(NamedTuple):
 
 @answering("pull_out()")
 def pull_out(law: MotorLaw, rates: Sequence[float | str], *, neighbours: bool = True) -> list[PullOutPoint]:
-    """Return the maximum torque at some rates, in addition to the load, and which of the rates are isolated.
+    """Return, for each rate, the maximum torque in addition to the load, at that rate and at its neighbours.
 
     Resonances show in the result as rates at which a motor loses steps with little load, or with none.
 
@@ -96,7 +96,7 @@ def _rate(given: Any, law: MotorLaw) -> float:
 
 
 def _at(law: MotorLaw, rate: float) -> float:
-    """Return the torque at a rate."""
+    """Return the maximum torque, N m, in addition to the load, at a rate, full steps/s; 0 if the motor stalls."""
     import numpy as np
 
     most = law.motor.holding_torque(law.driver.phase_current(law.motor))

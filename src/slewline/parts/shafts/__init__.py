@@ -1,7 +1,8 @@
-"""Rotating parts, and the parts that sit on them: motors, shafts, gears and carriages, encoders and switches.
+"""Rotating parts, and the parts that sit on them: motors, shafts, gears, carriages, encoders and switches.
 
-A part driven by PULSE and DIRECTION has a `StepDrive` (`motor.py`).  A part that sits on a shaft is a module of this
-package whose class has the attribute `sits = "must"`: its rule is a `Sensor` (`sensors.py`), and its output is an
-`EncoderChannel`, whose levels repeat with the count, or a `SwitchZone`, which is closed between two positions
-(`shown.py`).  Shafts driven by another shaft are in `carriage.py`.
+A part driven by PULSE and DIRECTION has a `StepDrive` (`motor.py`).  A part that must sit on a shaft is
+in a module of this package, and its class has the attribute `sits = "must"`.  Encoders and switches have
+a `Sensor` (`sensors.py`) as their rule; an output is an `EncoderChannel`, whose levels repeat with the
+count, or a `SwitchZone`, closed between two positions (`shown.py`).  Gears and carriages are in
+`carriage.py`.
 """

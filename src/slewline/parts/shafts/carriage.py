@@ -23,7 +23,7 @@ class Gear(Part):
         on: the part that drives the gear.
         pinion: number of teeth of the driving wheel.
         wheel: number of teeth of the driven wheel.
-        reverse: whether the driven shaft turns in the opposite direction, as with two meshing wheels.
+        reverse: whether the driven shaft turns opposite to the driving shaft, as with two meshing wheels.
     """
 
     _for_users = ("position",)
@@ -43,7 +43,7 @@ class Gear(Part):
 
     @property
     def position(self) -> float:
-        """Position of the driven shaft, in steps; it has as many steps per revolution as the motor."""
+        """Position of the driven shaft, in steps; this shaft has as many steps per revolution as the motor."""
         return float(self.shaft.place)
 
     def shows(self) -> dict[str, Any]:
@@ -54,15 +54,15 @@ class Gear(Part):
 class Carriage(Part):
     """A carriage that a shaft moves, with backlash, between hard stops.
 
-    When the shaft reverses, the carriage stops until the backlash is taken up.  At a hard stop the shaft is blocked:
-    further steps are lost and reported as a finding, and the carriage leaves the stop with the first step in the
-    other direction.
+    When the shaft reverses, the carriage stops until the backlash is taken up.  At a hard stop the shaft is
+    blocked: further steps are lost and reported as a finding, and the carriage leaves the stop with the
+    first step away from it.
 
     Args:
         on: the part that moves the carriage.
         backlash: the backlash, in steps.
         low, high: positions of the hard stops, in steps; None: no stop.
-        start: the initial position, in steps, reached by a forward move.
+        start: the initial position, in steps, as if reached by a forward move.
         scale: travel per step, in `unit`.
         unit: the unit of the position, for example "mm".
     """
@@ -106,11 +106,11 @@ class Carriage(Part):
 
     @property
     def place(self) -> float:
-        """Position of the carriage, in its unit."""
+        """Position of the carriage, in `unit`."""
         return float(self.shaft.place * self.scale)
 
     def shows(self) -> dict[str, Any]:
-        """Return the position and the hard stops, in the carriage's unit; None for a stop that does not exist."""
+        """Return the position, the hard stops (None: no stop), both in the carriage's unit, and that unit."""
         low, high = (None if stop is None else float(stop * self.scale) for stop in self._stops)
         return {"place": self.place, "unit": self.unit, "low": low, "high": high}
 
@@ -134,5 +134,5 @@ class Carriage(Part):
             self.finding("hard-stop", text, ps)
 
     def quantities(self) -> tuple[Quantity, ...]:
-        """Return the quantities of the part over time, for pictures, files and queries."""
+        """Return the position of the carriage over time as a quantity, for pictures, files and queries."""
         return (self.shaft.quantity("place", self.unit, float(self.scale)),)

@@ -5,8 +5,8 @@
     b             1  0  0  1  1  0  0
     index         1  0  1  1  1  1  1            low once per revolution: at count 0, `counts` ...
 
-All three outputs are promises derived from the motion of the shaft (shaft_counter.py): while PULSE follows a train, no
-step is an event.
+All three outputs are promises (levels known in advance), derived from the motion of the shaft
+(shaft_counter.py): while PULSE follows a pulse train known in advance, the steps cause no events.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class CountOutputs:
         self.rule = Sensor(part, shaft, scale, lag_ps, show=self._promise)
 
     def _promise(self) -> None:
-        """Promise the outputs from now on."""
+        """Promise the levels of the outputs from now on, for the present motion of the shaft."""
         for name, code in self._codes.items():
             self.part.drivers[name].play(EncoderChannel(self.rule.counter, code))
 
@@ -92,7 +92,7 @@ class CountOutputs:
 
 
 def add_channels(part: Part) -> None:
-    """Make the pins A and B of a part."""
+    """Add the output pins A and B to a part."""
     for pin in CHANNELS:
         part.add_pin(pin, "out", f"channel {pin.upper()}", initial=0, role=COUNT_WIRING[pin])
 
@@ -108,7 +108,7 @@ def check_counts(part: Part, counts: object) -> None:
 
 
 class ShowsCounts:
-    """Mixin that adds count and turning by hand to parts with `CountOutputs`; list it before `Part` in the bases."""
+    """Mixin for parts with `CountOutputs`: adds count and turning by hand; list it before `Part` in the bases."""
 
     name: str
     _outputs: CountOutputs
@@ -141,14 +141,14 @@ class ShowsCounts:
 
 
 class Encoder(ShowsCounts, Blockable, Part):
-    """An encoder on a stepper motor's shaft; every falling edge of PULSE is a step, and DIR high means forward.
+    """An encoder on a motor's shaft; its own motor steps at each falling edge of PULSE, forward if DIR is high.
 
     Args:
-        on: the shaft that carries the encoder; without it the encoder has its own motor, driven by PULSE and DIR.
+        on: the shaft that carries the encoder; None: the encoder has its own motor, driven by PULSE and DIR.
         axis: the axis of the chip.
         counts: number of counts per revolution.
         steps: number of steps per revolution of the encoder's own motor.
-        reverse: whether the encoder counts in the opposite direction.
+        reverse: whether the encoder counts down while the shaft turns forward.
         lag: the time from a step to its count, more than 0.
     """
 
@@ -190,7 +190,7 @@ class Encoder(ShowsCounts, Blockable, Part):
         self.rule = self._outputs.rule
 
     def _own_motor(self, steps: int) -> Shaft:
-        """Return the shaft of a motor whose pins are those of the encoder."""
+        """Make the encoder's own motor, take over the motor's pins, and return its shaft."""
         motor = self._motor = Translator(self.kernel, self.name)
         motor.shaft.per_turn = steps
         for own, theirs in MOTOR.items():
@@ -214,7 +214,7 @@ class Encoder(ShowsCounts, Blockable, Part):
 
     @from_outside
     def slip(self, counts: int) -> None:
-        """Let the shaft slip: it does not follow the next `counts` counts, in either direction."""
+        """Let the shaft slip: it does not follow its drive for the next `counts` counts, in either direction."""
         check_counts(self, counts)
         if counts < 0:
             raise UsageError(f"{self.name}: slip by {counts} counts; allowed 0 or more (use push to turn the shaft)")

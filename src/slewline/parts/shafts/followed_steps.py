@@ -1,12 +1,12 @@
-"""The pulses that a motor follows: a law applied to clock edges, processed on request.
+"""The pulses that a motor follows, found on request from the edges of its clock.
 
-    pulse       |   |   |  | | | |  |   |   |        its rate, measured from the pulse before, is at most
-    followed    1   2   3  4         5   6   7        `pull_in`, or the rate reached in one step from
-                                                      the present rate
+    pulse       |   |   |  | | | |  |   |   |        a pulse is followed if its rate, measured from the
+    followed    1   2   3  4         5   6   7        preceding pulse, is at most `pull_in`, or the rate
+                                                      reached in one step from the present rate
 
 While every pulse is followed, the pulses are processed in arrays; after a lost pulse they are processed
-one by one until a pulse is followed again.  The runs of followed pulses are kept, so the past of a
-promise can be queried.
+one by one until a pulse is followed again.  The runs of followed pulses are kept, so that past steps can
+be queried as well.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class PulseFollowing:
 
 @dataclass(frozen=True)
 class MotorLimits:
-    """Limits of a motor: duration of a step, maximum rate from rest, acceleration, and further pulses missed."""
+    """Limits of a motor: step duration, maximum rate from rest, acceleration, and other pulses that it misses."""
 
     lag_ps: int
     pull_in: float
@@ -52,7 +52,7 @@ class MotorLimits:
 
     @property
     def free(self) -> bool:
-        """True if every pulse is a step without delay."""
+        """True if every pulse becomes a step, without delay."""
         return not (self.lag_ps or self.pull_in or self.loses)
 
     def shortest_ps(self, rate: float) -> int:
@@ -62,7 +62,7 @@ class MotorLimits:
         return int(PS_PER_S / max(self.pull_in, sqrt(rate * rate + 2 * self.acceleration)))
 
     def after(self, of: PulseFollowing, ps: int, sign: int) -> PulseFollowing:
-        """Return the state that follows the state `of` after a pulse at an instant (ps)."""
+        """Return the state after a pulse at an instant (ps) in the direction `sign`; `of` is the state before it."""
         pulses, interval = of.pulses + 1, ps - of.pulsed_ps
         rate = of.rate if sign == of.sign else 0.0
         follows = ps >= of.arrives_ps and pulses not in self.loses and interval >= self.shortest_ps(rate)
@@ -78,7 +78,10 @@ class MotorLimits:
         )
 
     def followed(self, of: PulseFollowing, times: NDArray[np.int64]) -> int:
-        """Return how many of the (n,) int64 ps pulses, n >= 1, are followed before one is lost: 1 or more."""
+        """Return how many pulses are followed before one is lost: 1 or more, since the first pulse is followed.
+
+        The instants `times` are (n,) int64 ps, n >= 1.
+        """
         import numpy as np
 
         intervals = np.diff(times)
@@ -96,8 +99,8 @@ class MotorLimits:
 class FollowedSteps(Events):
     """Clock edges that become steps: the instants of the pulses that a motor follows.
 
-    `_firsts` and `_lasts` are the first and last pulses of the runs of followed pulses, counted from 1; `_before` is
-    the number of steps before each run.
+    `_firsts` and `_lasts` are the numbers, from 1, of the first and last pulse of each run of followed
+    pulses; `_before` is the number of steps before each run.
     """
 
     def __init__(self, clock: Events, limits: MotorLimits, of: PulseFollowing, sign: int) -> None:
@@ -114,7 +117,7 @@ class FollowedSteps(Events):
         return 0 if i < 0 else self._before[i] + min(n, self._lasts[i]) - self._firsts[i] + 1
 
     def _work(self, n: int) -> None:
-        """Process the pulses up to number n."""
+        """Process the pulses up to and including pulse n, counted from 1."""
         while self._known < n:
             last = min(n, self._known + BLOCK)
             times: Any = [self.clock.time(last)] if last == self._known + 1 else self.clock.times(self._known + 1, last)
@@ -123,7 +126,7 @@ class FollowedSteps(Events):
                 done += self._work_some(times[done : done + self._many])
 
     def _work_some(self, times: Any) -> int:
-        """Process the first pulse or, if it is followed, the run of followed pulses; return the number processed."""
+        """Process the lost first pulse or the run of followed pulses at the start; return the number processed."""
         state = self.limits.after(self._state, int(times[0]), self.sign)
         if not state.follows:
             self._state, self._known, self._many = state, self._known + 1, FEW
@@ -151,7 +154,7 @@ class FollowedSteps(Events):
         self._known += run
 
     def _pulse(self, k: int) -> int:
-        """Return the number of the pulse that causes step k."""
+        """Return the number of the pulse that causes step k; both are counted from 1."""
         i = bisect_right(self._before, k - 1) - 1
         return self._firsts[i] + k - 1 - self._before[i]
 
@@ -163,7 +166,7 @@ class FollowedSteps(Events):
         return self._made(n)
 
     def time(self, k: int) -> When:
-        """Return the instant of step k (ps), NotYet, or None if the step is not foreseen."""
+        """Return the instant of step k (ps), NotYet if not found yet, or None if the step is not foreseen."""
         following: When = None
         for _ in range(LOOKS):
             if k <= self._made(self._known):
@@ -189,7 +192,7 @@ class FollowedSteps(Events):
         return times
 
     def onward(self, ps: int) -> PulseFollowing:
-        """Return the state at an instant (ps)."""
+        """Return the state of the motor at an instant (ps), after any pulse at that instant."""
         n = self.clock.count(ps)
         self._work(n)
         if n == self._known:

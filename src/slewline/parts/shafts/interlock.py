@@ -26,7 +26,7 @@ class InterlockMonitor:
             self._since = None
 
     def steps(self) -> Iterator[tuple[int, int, int]]:
-        """Yield the forbidden steps since the last query: the instant (ps), and the positions before and after it."""
+        """Yield the instant (ps) of each forbidden step since the last call, and the positions before and after it."""
         import numpy as np
 
         since, seen, shaft = self._since, self.part.kernel.seen, self.shaft

@@ -44,13 +44,13 @@ DETECTOR = MappingProxyType({"x": LevelPattern(0, 1, 1, 0), "y": LevelPattern(0,
 class StepDrive:
     """PULSE and DIRECTION of a part, and the shaft that they turn: each active edge of PULSE is a step.
 
-    DIRECTION high means clockwise, unless `to` has wired it to a neighbour's pin with the opposite definition.
+    DIRECTION high means clockwise, unless `to` has wired it to a neighbour's pin with the opposite meaning.
 
     Args:
         part: the part, to which the pins are added.
         edge: the step edge, "fall" or "rise", as set by the user.
         default: the edge if neither user nor neighbour sets one.
-        advance, step, follow: functions for `Clocked`, for a motor that does not turn each pulse into a step.
+        advance, step, follow: functions for `Clocked`; by default each pulse is a step, without delay.
     """
 
     def __init__(
@@ -105,7 +105,7 @@ class HasDrive(Protocol):
 
 
 def attach_drive(self: HasDrive, own: str, row: Pin) -> None:
-    """Take step edge and DIRECTION polarity from the neighbour's pin; used as `attached` by parts with a drive."""
+    """Take step edge and DIRECTION polarity from the neighbour's pin: the `attached` of parts with a drive."""
     self.drive.attached(own, row)
 
 
@@ -240,7 +240,7 @@ class Motor(Part):
         self.shaft.cut(ps)
 
     def _step(self) -> None:
-        """Process the step whose clock edge is at this instant."""
+        """Process the pulse whose edge is at this instant; it becomes a step if the motor follows it."""
         self._arrive()
         self._pulsed = self._limits.after(self._pulsed, self.kernel.now, self.drive.sign)
         if self._pulsed.follows:
@@ -254,7 +254,7 @@ class Motor(Part):
             self._step_direction = 0
 
     def _follow(self, clock: Events) -> None:
-        """Follow another clock from now on."""
+        """Follow the pulses of `clock` from now on."""
         now = self.kernel.now
         self._arrive()
         self._made = FollowedSteps(clock, self._limits, self._pulsed, self.drive.sign)
@@ -277,15 +277,15 @@ class Motor(Part):
 
 
 class Rotor(Part):
-    """A rotor between two windings, with phases 1 and 2 at the ends of one, 3 and 4 at those of the other (CY525 s.10).
+    """A rotor between two windings: phases 1 and 2 are the ends of one, 3 and 4 of the other (CY525 s.10).
 
         winding a   -1 +1 +1 -1         the end with the low phase pin is energised
         winding b   -1 -1 +1 +1
         field        0  1  2  3         quarters of an electrical turn, clockwise
 
-    The rotor follows the field by one quarter at a time.  Without current in both windings its position is unchanged.
-    If the field jumps to the opposite side, the position is also unchanged, and a finding is reported: a real rotor
-    could turn either way.
+    The rotor follows the field by one quarter at a time.  Unless both windings carry current, its position
+    is unchanged.  If the field jumps to the opposite side, the position is also unchanged, and a finding is
+    reported: a real rotor could turn either way.
     """
 
     _for_users = ("position", "field")
@@ -319,7 +319,7 @@ class Rotor(Part):
         return FIELDS[sum(self.high(name) << n for n, name in enumerate(self.pins))]
 
     def catch_up(self) -> None:
-        """Process the phases up to the last committed instant."""
+        """Turn the rotor as the phase pins require, up to the last committed instant."""
         if self._read_ps is not None:
             if self.rule.scheduling:
                 self._look()
@@ -328,13 +328,13 @@ class Rotor(Part):
 
     # ------------------------------------------------------------------------------------------------------- changes
     def _cut(self, ps: int) -> None:
-        """Process the inputs up to an instant (ps), because they cannot be queried later."""
+        """Process the inputs up to an instant (ps), because earlier levels cannot be queried after it."""
         if self._read_ps is not None:
             self._read(self._read_ps, ps)
             self._levels = [lookahead.level(ps) for lookahead in self.rule.lookaheads.values()]
 
     def _promise(self) -> None:
-        """Follow the field up to this instant; a rotor has no outputs."""
+        """Follow the field up to this instant; a rotor has no outputs to promise."""
         if self._read_ps is not None:
             self._look()
         self._read_ps = self.kernel.now
@@ -345,7 +345,7 @@ class Rotor(Part):
             self._follow(self.field, self.kernel.now)
 
     def _read(self, since: int, ps: int) -> None:
-        """Follow the phases from one instant to another, one stretch at a time."""
+        """Follow the phases from the instant `since` to the instant `ps`, one stretch of time after another."""
         while since < ps:
             stop = self._strides.stop(since, ps)
             edges = [lookahead.edges(since, stop) for lookahead in self.rule.lookaheads.values()]
@@ -359,7 +359,7 @@ class Rotor(Part):
                 self._strides.skipped(since - stop)
 
     def _turn(self, since: int, edges: list[tuple[Any, Any]]) -> None:
-        """Follow a list of phase edges, starting at an instant."""
+        """Turn the rotor according to the edges of each phase pin after the instant `since` (ps)."""
         import numpy as np
 
         times = np.unique(np.concatenate([np.asarray(own, np.int64) for own, _ in edges]))

@@ -37,7 +37,7 @@ ROLES = (
 
 
 class Sensor(Follower):
-    """The rule of a part that is mounted on a shaft: its outputs follow the counts of the shaft.
+    """The rule by which the outputs of a part that is mounted on a shaft follow the counts of the shaft.
 
     Args:
         part: the part, with its pins.
@@ -45,7 +45,7 @@ class Sensor(Follower):
         scale: counts per step, or the positions at which the count changes.
         lag_ps: the delay from the shaft to the outputs, ps.
         show: a function that promises the outputs from `counter`; called at each new motion.
-        cut: a function that processes the counts of `counter` up to an instant (ps), at which the counter restarts.
+        cut: a function that processes the counts up to an instant (ps), at which `counter` restarts.
 
     Attributes:
         counter: the counts of the present motion of the shaft.
@@ -104,16 +104,16 @@ class Switch(Part):
 
     Args:
         on: the part on whose shaft the switch is mounted.
-        role: the role of the input that `to` wires it to: "home", "end" (either end of travel), "end_plus",
-            "end_minus" ...
+        role: the role of the neighbour's input to which `to` wires `out`: "home", "end" (either end of
+            travel), "end_plus", "end_minus" ...
         axis: the neighbour's axis.
         low: the lowest position at which the switch is closed, in steps; None: no limit in this direction.
         high: the lowest position above `low` at which the switch is open again, in steps; None: no limit in
             this direction.
         hysteresis: the number of steps beyond these positions at which the closed switch opens.
         lag: the time from the step that operates the switch to the edge of `out`, more than 0.
-        active: the level of `out` while the switch is closed; None: the active level of the input, or 0 if
-            it has none.
+        active: the level of `out` while the switch is closed; None: the active level of the neighbour's
+            input, or 0 if that input has none.
     """
 
     _for_users = ("closed",)
@@ -192,7 +192,7 @@ class Switch(Part):
         self._since = ps
 
     def _promise(self) -> None:
-        """Promise the output from now on."""
+        """Promise the level of `out` from now on, for the present motion of the shaft."""
         self._zone = SwitchZone(self.rule.counter, self._since, self._closed, self._zones, self._levels)
         self.drivers["out"].play(self._zone)
 
@@ -200,7 +200,7 @@ class Switch(Part):
 def zone(
     low: Fraction | None, high: Fraction | None, hysteresis: Fraction
 ) -> tuple[CountScale, tuple[bool | None, ...]]:
-    """Return a switch's bounds, and its state for each number of bounds at or below the position.
+    """Return a switch's bounds, and its state where 0, 1, 2 ... of the bounds are at or below the position.
 
     A state is closed (True), open (False), or unchanged (None).
     """
@@ -218,5 +218,5 @@ def fraction(value: float) -> Fraction:
 
 
 def fraction_or_none(value: float | None) -> Fraction | None:
-    """Return the exact fraction of a number as written, or None."""
+    """Return the exact fraction of a number as written, or None if the number is None."""
     return None if value is None else fraction(value)

@@ -1,15 +1,16 @@
 """A shaft: an object of its own between the part that turns it and the parts that sit on it.
 
-A motor turns a shaft; any number of encoders, switches, gears and carriages may be mounted on it at any time.  The
-part that turns the shaft announces a change in two stages, so that no promise is queried after it has been withdrawn:
+A motor turns a shaft; any number of encoders, switches, gears and carriages may be mounted on it at any
+time.  The part that turns the shaft announces a change in two stages, so that no promise is queried
+after it has been withdrawn:
 
-    shaft.cut(now - 1)              immediately, before a driver forgets its levels: the motion is valid up to here
-    shaft.turn(edges, sign, now)    in the next round: the motion after that
+    shaft.cut(now - 1)              immediately, before a driver forgets its levels: the motion ends here
+    shaft.turn(edges, sign, now)    in the next round of the same instant: the motion after `now`
 
-All parts on the shaft receive both announcements: in `on_cut` they follow the old motion up to that instant, in
-`on_turn` they promise their outputs again.  Outputs of parts on a shaft change later than the step that moves it, if
-only by 1 ps, so no edge causes another edge at the same instant, and the order of rounds within an instant does not
-matter.
+All parts on the shaft receive both announcements: in `on_cut` they follow the old motion until it ends,
+in `on_turn` they promise their outputs again.  Outputs of parts on a shaft change later than the step
+that moves it, if only by 1 ps, so no edge causes another edge at the same instant, and the order of
+rounds within an instant does not matter.
 
 A shaft has no events of its own.  Positions are in steps; one revolution is `per_turn` steps.
 """
@@ -46,9 +47,10 @@ SINGLE = 256  # steps made one by one in a past motion
 class Shaft:
     """A shaft that a part turns.
 
-    `on_cut` is called with the instant up to which the motion is valid, `on_turn` when there is a new motion.
-    `on_lost` is called for steps lost at a stop, on request (`look`) or when the motion is cut, with the instant of
-    the first lost step, the number of lost steps, and whether the shaft has reached the stop again.
+    `on_cut` is called with the instant up to which the motion is valid, `on_turn` when there is a new
+    motion.  `on_lost` is called for steps lost at a stop, on request (`look`) or when the motion is cut,
+    with the instant of the first lost step, the number of lost steps, and whether the shaft has moved to the
+    stop since the last call.
     """
 
     def __init__(self, kernel: Kernel, per_turn: int = 200) -> None:
@@ -122,7 +124,7 @@ class Shaft:
         self._take(replace(self.motion, slack=slack))
 
     def stop_at(self, low: Place, high: Place) -> None:
-        """Set hard stops at two positions, in steps; None: there is no stop on that side."""
+        """Add hard stops of a load at two positions, in steps; None: there is no stop on that side."""
         self.cut(self.kernel.seen)
         self.stops.append((low, high))
         self._take(self.motion)
@@ -141,12 +143,12 @@ class Shaft:
 
     # --------------------------------------------------------------------------------------------- parts on the shaft
     def counter(self, scale: CountScale, lag_ps: int) -> Counter:
-        """Return a counter of the present motion on a scale, whose counts are shown `lag_ps` later."""
+        """Return a counter of the present motion on a scale; it shows each count `lag_ps` later."""
         return counter_of(self.motion, scale, lag_ps)
 
     @property
     def place(self) -> Fraction:
-        """Position, in steps from the start."""
+        """Position at the last committed instant, in steps from the start."""
         return self.motion.steps_at(self.kernel.seen)
 
     def look(self, ps: int) -> None:
@@ -273,14 +275,14 @@ class Blockable:
 
     @from_outside
     def block(self) -> None:
-        """Block the shaft, which stops and loses steps."""
+        """Block the shaft, so that it stops and loses steps."""
         self.input("block")
         self.shaft.block()
         self.kernel.settle()
 
     @from_outside
     def free(self) -> None:
-        """Free the shaft, which turns again from its present position."""
+        """Free the shaft, so that it turns again from its present position."""
         self.input("free")
         self.shaft.free()
         self.kernel.settle()
@@ -325,11 +327,11 @@ class DrivenShaft(Shaft):
         self.under.free()
 
     def slip(self, steps: Fraction) -> None:
-        """Let the driving shaft slip, by a number of steps of this shaft."""
+        """Let the driving shaft miss the steps that correspond to `steps` steps of this shaft."""
         self.under.slip(abs(self.below(steps)))
 
     def push(self, steps: Fraction) -> None:
-        """Push the driving shaft, by a number of steps of this shaft."""
+        """Turn the driving shaft immediately by the steps that correspond to `steps` steps of this shaft."""
         self.under.push(self.below(steps))
 
 
@@ -357,8 +359,8 @@ class GearedShaft(DrivenShaft):
 class BacklashShaft(DrivenShaft):
     """A shaft driven by another with backlash: after a reversal it stops until the backlash is taken up.
 
-    It begins at `start`, reached by a forward move: its position is `start` above that of the driving shaft, and up
-    to `play` higher after a move backwards.
+    It begins at `start`, as if reached by a forward move: after a forward move, it is as far above the
+    driving shaft as at the beginning; after a move backwards, up to `play` further.
     """
 
     def __init__(self, under: Shaft, play: Fraction, start: Fraction) -> None:
@@ -372,6 +374,6 @@ class BacklashShaft(DrivenShaft):
         return motion.played(self.motion, self.play, self.offset)
 
     def stop_at(self, low: Place, high: Place) -> None:
-        """Set hard stops at two positions, in steps; they block the driving shaft."""
+        """Set hard stops at two positions, in steps of this shaft; they block the driving shaft."""
         low = None if low is None else low - self.play - self.offset
         self.under.stop_at(low, None if high is None else high - self.offset)

@@ -53,11 +53,11 @@ class Marks:
         return bisect_right(self.bounds, place)
 
     def place(self, count: Any) -> Any:
-        """Return the lowest position (in parts) with a count, or the positions of an int64 array of counts."""
+        """Return the lowest position (in parts) that has a given count; for an int64 array of counts, an array."""
         return -(-count * self.denominator // self.numerator) if self.numerator else self.bounds[count - 1]
 
     def places(self, counts: range) -> list[int]:
-        """Return the lowest positions (in parts) of a range of counts."""
+        """Return the lowest position (in parts) for each count of a range."""
         n, d = self.numerator, self.denominator
         return [-(-count * d // n) for count in counts] if n else [self.bounds[count - 1] for count in counts]
 
@@ -86,7 +86,11 @@ class Counter(Protocol):
         """Return the count shown at an instant (ps)."""
 
     def after(self, ps: int, changes: int = 1) -> When:
-        """Return when (ps) the count will have changed `changes` times, or once if a change is already under way."""
+        """Return when (ps) the count shown will have changed `changes` times after an instant (ps).
+
+        If a change caused by an earlier motion is still to be shown then, return when the next change is shown,
+        whatever `changes` is.
+        """
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
         """Return the changes shown at start < t <= stop (ps), but none after the last committed instant.
@@ -99,15 +103,16 @@ class Counter(Protocol):
         """Return a counter that continues from an instant (ps)."""
 
     def on(self, motion: Any, now: int) -> Counter:
-        """Return a counter for `motion`, which continues the motion counted so far from `now` (ps)."""
+        """Return a counter for `motion`, which from `now` (ps) on continues the motion counted so far."""
 
 
 @dataclass(slots=True)
 class StepCounter:
     """The counts of a motion made of steps, shown `lag_ps` after the steps.
 
-    `coming` holds the changes (instants, counts) that were under way when the motion began, while the count shown was
-    `before`.  The first change of this motion cancels those still under way.
+    `coming` holds the changes (instants, counts) that had been caused, but not yet shown, when the motion
+    began; `before` is the count shown at that time.  The first change of this motion cancels those not shown
+    by then.
     """
 
     motion: ShaftMotion
@@ -148,7 +153,7 @@ class StepCounter:
         return self.motion.edge_by(self._parts(j))
 
     def _due(self, j: int) -> When:
-        """Return the instant at which change j is shown (ps)."""
+        """Return the instant (ps) at which change j is shown, NotYet, or None if the change is not foreseen."""
         k = self._edge(j)
         if k is None:
             return None
@@ -181,7 +186,7 @@ class StepCounter:
         return self._after_changes(self._shown(ps), ps)
 
     def _after_changes(self, j: int, ps: int) -> int:
-        """Return the count shown at an instant (ps) by which j changes of this motion have been shown."""
+        """Return the count shown at an instant (ps), given that j changes of this motion have been shown by then."""
         if j:
             return self.count + self.motion.sign * j
         times, counts = self.coming
@@ -189,7 +194,11 @@ class StepCounter:
         return counts[over - 1] if over else cast("int", self.before)
 
     def after(self, ps: int, changes: int = 1) -> When:
-        """Return when (ps) the count will have changed `changes` times, or once if a change is already under way."""
+        """Return when (ps) the count shown will have changed `changes` times after an instant (ps).
+
+        If a change caused by an earlier motion is still to be shown then, return when the next change is shown,
+        whatever `changes` is.
+        """
         j = self._shown(ps)
         times = self.coming[0]
         over = bisect_right(times, ps)
@@ -218,7 +227,7 @@ class StepCounter:
         return times, counts
 
     def _own(self, a: int, b: int) -> tuple[Any, Any]:
-        """Return changes a+1 ... b of this motion, all foreseen: their instants, and the counts after them."""
+        """Return changes a + 1 to b of this motion, all of them foreseen: the instants, and the counts after them."""
         motion = self.motion
         if b - a <= MANY:
             sign, step, first, lag = motion.sign, motion.step, motion.first, self.lag_ps
@@ -247,7 +256,7 @@ class StepCounter:
 
     # ------------------------------------------------------------------------------------------------ from here on
     def onward(self, ps: int) -> StepCounter:
-        """Return a counter that begins at an instant (ps); edges of the drive after it may still change."""
+        """Return a counter that begins at an instant (ps); later edges of the drive may still change."""
         motion = self.motion.onward(ps)
         pending = self.coming[0]
         over = self._changes(self.motion.count(ps))
@@ -273,7 +282,10 @@ class StepCounter:
 
 
 def counter_of(motion: Any, scale: CountScale, lag_ps: int) -> Counter:
-    """Return the counter of a motion, with counts shown `lag_ps` later; a motion not made of steps has its own."""
+    """Return a counter of a motion, which shows each count `lag_ps` later.
+
+    A motion that is not made of steps provides the counter itself.
+    """
     if isinstance(motion, ShaftMotion):
         return StepCounter(motion, scale, lag_ps)
     own: Counter = motion.counter(scale, lag_ps)

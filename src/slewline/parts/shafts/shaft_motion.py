@@ -1,9 +1,9 @@
 """The motion of a shaft, which is queried rather than stepped.
 
 A `ShaftMotion` returns the position of a shaft at any instant from its start until an unforeseen event.
-The shaft follows the edges of a clock, which a train promises or a machine makes.  Its position is kept
-in whole parts of a step, so that it does not drift, whatever gears are in between.  A motion is a value:
-its steps are not events.
+The shaft follows the edges of a clock, promised by a pulse train or made by a machine.  Its position is
+kept in whole parts of a step, so that it does not drift, whatever gears drive the shaft.  A motion is a
+value: its steps are not events.
 
     edges    |    |    |    |    |    |    |    |        clock edges after `since`
     position 0    0    0    1    2    3    3    3        `slack` is 2 and `room` 5; then the shaft is at a stop
@@ -41,9 +41,10 @@ class Once(Listed):
 class ShaftMotion:
     """A segment of the motion of a shaft, valid from an instant until another motion replaces it.
 
-    Positions are counted in parts of a step, with `unit` parts in a step.  With each edge of `drive` after `since`
-    the shaft moves by `step` parts in the direction of `sign`, once `slack` parts (backlash or slip) are taken up.
-    It makes at most `room` of these steps; then it is at a stop, and further edges are lost.
+    Positions are counted in parts of a step, with `unit` parts in a step.  With each edge of `drive` after
+    `since` the shaft moves by `step` parts in the direction of `sign`, once `slack` parts (backlash or slip)
+    are taken up.  After `room` edges, including the edges that take up slack, it is at a stop, and further edges
+    are lost.
     """
 
     drive: Events = field(default_factory=NoEvents)
@@ -79,7 +80,7 @@ class ShaftMotion:
         return Fraction(self.level(ps), self.unit)
 
     def edge_by(self, parts: int) -> int | None:
-        """Return the number of the edge that completes a move of 1 or more parts; None if there is no such edge."""
+        """Return the number of the edge that completes a move by `parts`, at least 1; None if no edge does."""
         k = -(-(parts + self.slack) // self.step)
         return k if self.room is None or k <= self.room else None
 
@@ -127,7 +128,7 @@ class ShaftMotion:
 
     # ------------------------------------------------------------------------------------------------ from here on
     def onward(self, ps: int) -> ShaftMotion:
-        """Return the motion after an instant (ps); edges of the drive after it may still change."""
+        """Return the motion after an instant (ps); later edges of the drive may still change."""
         k = self.count(ps)
         place, slack = self.place + self.sign * self.moved(k), max(0, self.slack - k * self.step)
         room = None if self.room is None else max(0, self.room - k)
@@ -148,7 +149,7 @@ class ShaftMotion:
         )
 
     def geared(self, ratio: Fraction) -> ShaftMotion:
-        """Return the motion of a geared shaft: `ratio` times as far, in the opposite direction if negative."""
+        """Return the motion of a geared shaft: `ratio` times as far; a negative `ratio` reverses the direction."""
         n, d = abs(ratio.numerator), ratio.denominator
         sign = 1 if ratio > 0 else -1
         return replace(
@@ -159,7 +160,8 @@ class ShaftMotion:
     def played(self, here: ShaftMotion, play: Fraction, offset: Fraction) -> ShaftMotion:
         """Return the motion of a load that this motion drives with backlash, which must be taken up first.
 
-        The load begins where `here` does; at the very start it was `offset` above the driving shaft.
+        `here` is the load's motion so far; after forward moves the load is `offset` steps above the driving
+        shaft.
         """
         unit = lcm(self.unit, here.unit, play.denominator, offset.denominator)
         motion, place = common(self, unit), common(here, unit).place

@@ -34,7 +34,7 @@ class LevelPattern:
 
     @cached_property
     def _turns(self) -> list[int]:
-        """The counts whose level differs from the level of the preceding count."""
+        """The counts, within one repetition, whose level differs from the level of the preceding count."""
         return [n for n, level in enumerate(self.levels) if level != self.levels[n - 1]]
 
     @cached_property
@@ -59,7 +59,7 @@ class EncoderChannel:
         return self.code[self.counter.level(ps)]
 
     def after(self, ps: int) -> When:
-        """Return the next edge strictly after an instant (ps), NotYet, or None if none is foreseen.
+        """Return the instant of the next edge strictly after an instant (ps), NotYet, or None if none is foreseen.
 
         If the shaft turns too fast, every jump of the count may end at the same level, so that there is never an
         edge.
@@ -94,10 +94,10 @@ class SwitchZone:
 
         count     0    1    2    3    4
         bounds      |    |    |    |
-        coming   open      closed------>open      forward
-                 open<-----closed      open       backwards
+        state    open      closed------>open      moving forward
+                 open<-----closed      open       moving backwards
 
-    `zones` holds the state for each count.  Where it is None, the state is unchanged: this is the
+    `zones` holds the state for each count.  For a count with None, the state remains as it was: this is the
     hysteresis.  `closed` is the state at `since`, when the counter began; `levels` holds the levels of the
     open and of the closed switch.
     """
@@ -133,7 +133,7 @@ class SwitchZone:
         return self.levels[self.closed_at(ps)]
 
     def after(self, ps: int) -> When:
-        """Return NotYet with the next instant at which the count changes (ps), or None if no change is foreseen."""
+        """Return NotYet with the instant of the next count change after an instant (ps); None if none is foreseen."""
         following = ask_at(self.counter.after(ps))
         return None if following is None else NotYet(following)
 

@@ -1,1 +1,1 @@
-"""A stepper motor on a bench: inputs, motion (computed on demand), counts crossed by its shaft, lost steps."""
+"""A stepper motor: inputs, motion (computed on demand), the counts that its shaft crosses, and lost steps."""

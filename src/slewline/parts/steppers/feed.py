@@ -1,10 +1,11 @@
-"""Inputs of a motor over time: the command, and the row of the law's table.
+"""Inputs of a motor over time: the commanded position, and the row of set points in the table of its law.
 
     pieces      |------------------|---------|------------------------->
                  past pin levels               pin promises
 
-A piece is the state of the wires from an instant until the drive of one of them changes.  Promises are values, so the
-past can be queried again, and a long slew takes no computing time.  Only changes of the command or the row are edges.
+A piece is the state of the wires from an instant until the level or promise that drives one of them is
+replaced.  Promises are values, so the past can be queried again, and a long slew takes no computing
+time.  Only changes of the command or the row are edges.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 
 
 class Edges(NamedTuple):
-    """Edges of the command: instants, and the commands and table rows after them, (n,) int64 each."""
+    """Edges of the inputs: instants (ps), and the commands and table rows after them, (n,) int64 each."""
 
     times: NDArray[np.int64]
     commands: NDArray[np.int64]
@@ -48,7 +49,7 @@ class Piece(NamedTuple):
 
     @property
     def until(self) -> int | None:
-        """The instant before which the whole piece is valid (ps), or None if it is valid forever."""
+        """The instant (ps) before which all promises of the piece hold, or None if they hold forever."""
         return min((what.until for what in self.shown if promised(what) and what.until is not None), default=None)
 
 
@@ -90,7 +91,7 @@ class Feed:
         return self.pieces[-1] if self.pieces else Piece(0, ())
 
     def edges(self, start: int, stop: int, command: int, code: int) -> Edges:
-        """Return the edges at start < t <= stop (ps), given the command and table row at `start`."""
+        """Return the edges at start < t <= stop (ps), given the command and the table row (`code`) at `start`."""
         import numpy as np
 
         found = []
@@ -126,7 +127,7 @@ class Feed:
 
 
 def changes(values: Any, before: int) -> Any:
-    """Return which values differ from their predecessors: (n,) bool."""
+    """Return which values differ from their predecessors, the first value from `before`: (n,) bool."""
     import numpy as np
 
     differ = np.empty(len(values), bool)
@@ -181,7 +182,7 @@ class Pins:
     columns: Mapping[str, tuple[int, bool]]
 
     def __call__(self, reading: Reading, name: str, otherwise: bool) -> Any:
-        """Return whether a pin is active, (n + 1,) bool; `otherwise` if it is not read."""
+        """Return whether a pin is active in each row of a reading, (n + 1,) bool; `otherwise` for a pin not read."""
         import numpy as np
 
         found = self.columns.get(name)
@@ -191,7 +192,10 @@ class Pins:
         return reading.high[:, column] == active
 
     def level(self, reading: Reading) -> Any:
-        """Return the level of motor current that MOV, RAMP and ENABLE set, as index of `LEVELS`: (n,) int64 or int."""
+        """Return the motor current level that MOV, RAMP and ENABLE select, as an index into the law's `LEVELS`.
+
+        The result is (n,) int64; or the int 0 ("slew") for a motor without MOV that is enabled throughout.
+        """
         import numpy as np
 
         enabled = self(reading, "enable", True)[1:]
@@ -218,8 +222,9 @@ def steps_asked(law: MotorLaw, pins: Pins) -> Asked:
 def phases_asked(law: MotorLaw, pins: Pins, names: Sequence[str], fields: Sequence[int | None]) -> Asked:
     """Return a function that converts phases to commands.
 
-    The result is the nearest command whose field is that of the phases.  If the phases have no field, the
-    command is unchanged.
+    The new command is the one nearest to the present command that equals the field of the phases modulo
+    `law.cycle`.  If the phases have no field, or two such commands are equally near, the command is
+    unchanged.
 
     Args:
         fields: for each set of phases that are on (the first phase counts 1, then 2, 4 ...), the command

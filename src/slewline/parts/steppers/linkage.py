@@ -10,11 +10,12 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Linkage:
-    """Mechanical connection of a load to a rotor; positions are in steps of the load.
+    """Mechanical connection of a load to a rotor or to another linkage, `under`; positions are in load steps.
 
-    `factor` steps of the load correspond to one full step of the motor.  With `play` (backlash) the load
-    stops when the rotor reverses, until `play` steps are taken up; at the start it was `offset` above the
-    rotor.  With `is_lagging`, the position is relative to the command.
+    `factor` steps of the load correspond to one full step of the motor (or one step of `under`), and the
+    load is `offset` steps above the position so calculated.  With `play` (backlash) the load stops when the
+    rotor reverses, until `play` steps are taken up.  With `is_lagging`, the position is relative to the
+    command.
     """
 
     factor: float = 1.0
@@ -24,7 +25,7 @@ class Linkage:
     is_lagging: bool = False
 
     def begun(self, place: Any, command: Any) -> tuple[Any, ...]:
-        """Return the positions of all linkages, this linkage last, for a run that starts at a rotor position.
+        """Return the positions of all linkages from the rotor to this one when a run starts at a rotor position.
 
         `place` and `command` are in full steps, and may be arrays if no linkage has backlash.
         """
@@ -32,7 +33,7 @@ class Linkage:
         return *below, self._of(below[-1] if below else place, command, None)
 
     def follow(self, before: tuple[float, ...], place: float, command: float) -> tuple[float, ...]:
-        """Return the positions of all linkages after the rotor has reached a position without reversing."""
+        """Return the new positions of all linkages when the rotor has moved to `place` without reversing."""
         below = self.under.follow(before[:-1], place, command) if self.under else ()
         return *below, self._of(below[-1] if below else place, command, before[-1])
 
@@ -50,7 +51,10 @@ class Linkage:
         return not self.play and (self.under is None or self.under.simple)
 
     def bound(self, place: float, rising: bool, command: float) -> tuple[float, float, bool]:
-        """Return factor, bound and direction: the load passes a position when factor * rotor passes the bound."""
+        """Return a factor, a bound and a direction: the load passes `place` when factor * rotor passes the bound.
+
+        The direction is True if factor * rotor rises past the bound; `rotor` is the rotor's position.
+        """
         pushed = place - self.offset + (command if self.is_lagging else 0.0)
         if self.play and not rising:
             pushed -= self.play
@@ -60,7 +64,7 @@ class Linkage:
         return self.under.bound(pushed / self.factor, up, command)
 
     def gone(self, before: tuple[float, ...], rotor_before: float, rotor: Any) -> list[Any]:
-        """Return the positions of all linkages, (n,) float64 each, as the rotor moves through positions `rotor`."""
+        """Return the positions of all linkages, (n,) float64 each, as the rotor moves through n positions."""
         import numpy as np
 
         below = self.under.gone(before[:-1], rotor_before, rotor) if self.under else []

@@ -3,8 +3,9 @@
     lag, steps   0 . . 1 . 2 . . 4 . . . 8 . . . 12 12 12
                            ^ out of step              ^ 12 steps lost
 
-A rotor two steps (half an electrical turn) from its commanded position may turn either way.  Once it has reached the
-next stable position it has lost four steps; steps are lost in fours, since the rotor settles nowhere else.
+A rotor two steps (half an electrical turn) from its commanded position may turn either way.  Once it has
+reached the next stable position it has lost four steps; steps are lost in fours, since stable positions
+are four steps apart.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ BACK_PS = 20_000_000_000  # after this time in one position the rotor is in step
 
 
 class Losses:
-    """The times at which a rotor was out of step, and the steps lost.
+    """The times at which a rotor was out of step, and the steps that it lost.
 
     Attributes:
         lost: full steps lost up to the last query; positive: the rotor lags.
@@ -39,7 +40,7 @@ class Losses:
         self._last = self._done + 1, 0.0  # last grid point, and the lag there
 
     def look(self, ps: int) -> Iterator[tuple[int, str, str]]:
-        """Yield the events up to an instant (ps), but none after the last committed instant: time, code and text."""
+        """Yield time (ps), code and text of each event up to an instant (ps), or the last committed one if earlier."""
         if ps <= self._done:
             return
         for law, columns, _ in self.run.between(self._done, ps):
@@ -56,7 +57,7 @@ class Losses:
             yield from self._back(self._settled[0] + BACK_PS)
 
     def _stops(self, law: MotorLaw, times: Any, states: Any) -> Iterator[tuple[int, str, str]]:
-        """Yield the arrivals at a hard stop."""
+        """Yield an event for each arrival at a hard stop."""
         import numpy as np
 
         theta = states[:, law.names.index("theta2" if "theta2" in law.names else "theta")]
@@ -69,7 +70,7 @@ class Losses:
         self._at_stop = bool(at_stop[-1])
 
     def _along(self, law: MotorLaw, times: Any, lag: Any, speed: Any) -> Iterator[tuple[int, str, str]]:
-        """Process a run of grid points; if two are more than one grid step apart, the rotor rested in between."""
+        """Process consecutive grid points; if two are more than one grid step apart, the rotor rested in between."""
         import numpy as np
 
         rests = np.flatnonzero(np.diff(times, prepend=self._last[0]) > law.step_ps).tolist()
@@ -81,7 +82,7 @@ class Losses:
                 self._last = int(times[end - 1]), float(lag[end - 1])
 
     def _rested(self, law: MotorLaw) -> Iterator[tuple[int, str, str]]:
-        """Record that the rotor came to rest at the last grid point."""
+        """Record that the rotor came to rest at the last grid point; yield an event if it had been out of step."""
         if self._since is not None:
             ps, lag = self._last
             if self._settled is not None and ps - self._settled[0] >= BACK_PS:
@@ -127,7 +128,7 @@ class Losses:
                 n, places, inside = n + run, places[run:], inside[run:]
 
     def _back(self, ps: int) -> Iterator[tuple[int, str, str]]:
-        """Record that the rotor is in step again."""
+        """Record that the rotor is in step again, and yield this as an event."""
         if self._settled is not None:
             _, place = self._settled
             gone = place - self.lost

@@ -4,8 +4,9 @@
     grid points -->|- - - - - - - - - ->|           integrated so far: `reached`
                    |- - -x                          an input changes unexpectedly: the future is integrated again
 
-Nothing is integrated before it is queried.  The past never changes.  The foreseen points after the first unforeseen
-edge are dropped.  Old points are dropped, too, except one per stretch; they can be computed again, bit for bit.
+Nothing is integrated before it is queried.  The past never changes.  The foreseen points after the first
+unforeseen edge are dropped.  Old points are dropped, too, except one per stretch; the dropped points can
+be computed again, bit for bit.
 """
 
 from __future__ import annotations
@@ -27,13 +28,13 @@ AT_ONCE_PS = 20_000_000_000  # how far a single query for rest looks ahead
 
 
 class Stretch:
-    """Grid points of one law, starting at `first`.
+    """Consecutive grid points computed with one law, starting at `first`.
 
     Attributes:
-        changed: True if `first` does not continue the preceding stretch, because the law or the state was changed
-            externally.
-        times, states, commands, codes: the columns of the points, as in a `MotorTrace`; None: the points have been
-            dropped.
+        changed: None if `first` continues the preceding stretch; otherwise the values of the states that
+            were changed externally, by name (none if only the law was changed).
+        columns: times, states, commands and codes of the points, as in a `MotorTrace`; None: the points have
+            been dropped.
     """
 
     def __init__(self, law: MotorLaw, first: Point, changed: Mapping[str, float] | None = None) -> None:
@@ -61,14 +62,14 @@ class Stretch:
         return Point(int(times[n]), tuple(states[n].tolist()), int(commands[n]), int(codes[n]))
 
     def extend(self, more: tuple[Any, ...]) -> None:
-        """Add points."""
+        """Append points, given as columns."""
         import numpy as np
 
         self.columns = tuple(np.concatenate(pair) for pair in zip(self.whole, more, strict=True))
         self.last = self.point(-1)
 
     def edges(self, after: int) -> Edges:
-        """Return the input edges at the points after an instant (ps)."""
+        """Return the input edges after an instant (ps), each of which is at a grid point."""
         times, _, commands, codes = self.whole
         changed = changes(commands, commands[0]) | changes(codes, codes[0])
         changed &= times > after
@@ -97,10 +98,10 @@ def columns_of(point: Point) -> tuple[Any, ...]:
 
 
 class RunPart(NamedTuple):
-    """Some grid points of one law: columns times, states, commands, codes.
+    """Consecutive grid points computed with one law: columns times, states, commands, codes.
 
-    `changed`: the first point does not continue the preceding points, because the law or the state was changed
-    externally.
+    `changed`: the first point does not continue the preceding points, because the law or the state was
+    changed externally.
     """
 
     law: MotorLaw
@@ -111,8 +112,9 @@ class RunPart(NamedTuple):
 class Run:
     """The motion of a rotor.
 
-    `cuts` are called with an instant (ps) when the foreseen future after it is dropped. `along` holds results derived
-    from the run, for example passings, by their subject.
+    The functions in `cuts` are called with an instant (ps) when the foreseen future from that instant on is
+    dropped.  `along` holds results derived from the run, such as `Passings`, by the arguments from which
+    they were made.
 
     Args:
         law: the law of motor, driver and load; `alter` can replace it.
@@ -129,7 +131,7 @@ class Run:
         self.begin(law, first)
 
     def begin(self, law: MotorLaw, first: Point) -> None:
-        """Restart with another law, from a point with the same rotor position, before anything has been shown."""
+        """Restart with another law, at the rotor position of the old starting point; nothing has been shown yet."""
         self.stretches = [Stretch(law, first)]
         self.reached = first.t  # the instant up to which it is integrated
         self._integration = Integration(law, self._engine)
@@ -139,7 +141,7 @@ class Run:
 
     @property
     def compiled(self) -> bool:
-        """True if the engine is "numba", so that all functions are compiled before time passes."""
+        """True if the engine is "numba", so that all functions are compiled before simulated time passes."""
         return self._engine == "numba"
 
     @property
@@ -154,7 +156,7 @@ class Run:
             self._go_on(min(ps, self._stays() if self._rests else self.reached + STRETCH * self.law.step_ps))
 
     def _stays(self) -> int:
-        """Return an instant (ps) up to which a rotor at rest may stay at rest, with few input edges until then."""
+        """Return the instant (ps) up to which to integrate next while the rotor rests: few input edges precede it."""
         now = self.feed.now
         if self.reached < now.since:
             return self.reached + AT_ONCE_PS
@@ -162,7 +164,7 @@ class Run:
         return NEVER_PS if following is None else following
 
     def _go_on(self, ps: int) -> None:
-        """Integrate up to an instant (ps) in one run."""
+        """Integrate up to an instant (ps) in one call of the integrator."""
         stretch = self.stretches[-1]
         last = stretch.last
         edges = self.feed.edges(max(last.t, self.reached), ps, last.command, last.code)
@@ -182,7 +184,7 @@ class Run:
             self.stretches[-1 - WHOLE].drop()
 
     def follow(self, seen: int) -> None:
-        """Use the present inputs; if they change an edge after an instant (ps), drop the future from that edge on."""
+        """Use the present inputs; drop the future from the first edge after `seen` (ps) that they change."""
         if self.reached <= seen:
             return
         n = len(self.stretches) - 1
@@ -199,7 +201,7 @@ class Run:
                 self.alter(differs, stretch.law, **(stretch.changed or {}))
 
     def _cut(self, ps: int, since: int) -> None:
-        """Drop the points at or after an instant (ps), and pass `since`, from which the run differs, to `cuts`."""
+        """Drop the points at or after an instant (ps), and call `cuts` with `since`, from which on the run differs."""
         while len(self.stretches) > 1 and self.stretches[-1].first.t >= ps:
             self.stretches.pop()
         self.stretches[-1].cut(ps)
@@ -259,14 +261,17 @@ class Run:
         return self._rests and ps >= self.stretches[-1].last.t
 
     def comes_to_rest(self, ps: int) -> int:
-        """Return when the motor will be at rest after an instant (ps) if no input changes, or when to query again."""
+        """Return the instant (ps), later than a given one, at which the motor will rest if no input changes.
+
+        If this is not known, return an instant at which to query again.
+        """
         following = self.feed.now.look_after(ps)
         until = ps + AT_ONCE_PS if following is None else max(min(ps + AT_ONCE_PS, following), ps + 1)
         return max(self.known_to_rest, ps + 1) if self.rests(until) else until
 
     @property
     def known_to_rest(self) -> int:
-        """The first instant (ps) more than a grid step after the last point; losses are not counted earlier."""
+        """The first instant (ps) more than a grid step after the last point; losses are not counted before it."""
         return self.stretches[-1].last.t + self.law.step_ps + 1
 
     def forget(self, before: int) -> None:

@@ -35,9 +35,10 @@ AHEAD_PS = 400_000_000_000  # how far a single query looks ahead at most
 
 @dataclass(slots=True)
 class Milestone:
-    """The known state at an instant (ps): the count, and the number of changes so far.
+    """The known state of a count at an instant (ps): the count, and the number of its changes so far.
 
-    `places` holds the positions of the linkages at the last grid point; the motion since then has no lasting effect.
+    `places` holds the positions of the linkages at the last grid point; the motion since then does not
+    affect them.
     """
 
     ps: int
@@ -48,7 +49,10 @@ class Milestone:
 
 @dataclass(slots=True)
 class Going:
-    """A pass along a run: the last grid point and its law, how far changes have been found, and the counts shown."""
+    """The state of a pass along a run: the last grid point, its law, positions and count, and changes found.
+
+    `done` is the instant (ps) up to which changes have been found.
+    """
 
     before: Point
     law: MotorLaw
@@ -59,7 +63,7 @@ class Going:
     counts: list[int]
 
     def show(self, ps: int, count: int) -> None:
-        """Show a count from an instant (ps)."""
+        """Set the count from an instant (ps) on, and record the change if there is one."""
         if count != self.count:
             self.times.append(ps)
             self.counts.append(count)
@@ -69,15 +73,15 @@ class Going:
 class Passings:
     """The changes of a count along a linkage, up to the last query.
 
-    Within a grid step, the changes follow from the step's first point alone, as if the step had its full length: the
-    result depends neither on when it is queried nor on an edge that ends the step.  If the rotor reverses within a
-    step, the parts before and after the reversal are processed one after the other.
+    Within a grid step, the changes follow from the step's first point alone, as if the step had its full
+    length: the result depends neither on when it is queried nor on an edge that ends the step.  If the rotor
+    reverses within a step, the parts before and after the reversal are processed one after the other.
 
     Args:
         run: the rotor's run.
         linkage: the linkage whose position is counted.
         scale: counts per step, or bounds.
-        zero: offset between scale and position, in counts.
+        zero: the count at position 0, before rounding down; not used with bounds.
     """
 
     def __init__(self, run: Run, linkage: Linkage, scale: CountScale, zero: float = 0.0) -> None:
@@ -101,7 +105,7 @@ class Passings:
         return bisect_right(self._bounds, place)
 
     def _place(self, count: int) -> float:
-        """Return the lowest position with a count."""
+        """Return the lowest position that has a given count, in steps of the load."""
         return (count - self._zero) / self._per_step if self._per_step else self._bounds[count - 1]
 
     @property
@@ -142,7 +146,10 @@ class Passings:
         return self.linkage.follow(places, self.run.state(ps)[0] / law.motor.step, before.command / law.micro)
 
     def _go(self, mark: Milestone, ps: int, times: list[int], counts: list[int]) -> tuple[tuple[float, ...], int]:
-        """Find the changes from a milestone to an instant (ps); return positions at the last grid point, and count."""
+        """Append the changes after a milestone, up to an instant (ps), to `times` and `counts`.
+
+        Return the positions of the linkages at the last grid point, and the count at the instant.
+        """
         run = self.run
         run.reach(ps)
         going = Going(
@@ -159,7 +166,7 @@ class Passings:
         return going.places, going.count
 
     def _altered(self, going: Going, law: MotorLaw, point: Point) -> None:
-        """Continue from a point with another law, or at another position."""
+        """Continue from a point at which the law or the position was changed externally."""
         before = going.before
         if point.t > before.t:
             state = going.law.after(before.t, before.state, before.code, point.t - before.t)
@@ -169,7 +176,7 @@ class Passings:
         going.show(point.t, self._count(going.places[-1]))
 
     def _along(self, going: Going, columns: Any) -> None:
-        """Process a run of grid points."""
+        """Process consecutive grid points, given as columns."""
         import numpy as np
 
         times, states, commands, _ = columns
@@ -196,7 +203,7 @@ class Passings:
         going.places = self._begun(law, going.before)
 
     def _with_play(self, going: Going, columns: Any) -> None:
-        """Process a run of grid points, for a linkage that depends on direction and on reversals."""
+        """Process consecutive grid points, for a linkage that depends on direction and on reversals."""
         import numpy as np
 
         law, first = going.law, going.before.state
@@ -232,7 +239,7 @@ class Passings:
         going.places = tuple(float(each[-1]) for each in places)
 
     def _begun(self, law: MotorLaw, point: Point) -> tuple[float, ...]:
-        """Return the positions, at a grid point, of linkages that depend on the rotor alone."""
+        """Return the positions of all linkages at a grid point, provided that they follow from the rotor alone."""
         return self.linkage.begun(point.state[0] / law.motor.step, point.command / law.micro)
 
     def _counts(self, along: Any) -> Any:
@@ -260,7 +267,7 @@ class Passings:
             going.show(point.t, self._count(going.places[-1]))
 
     def _turns(self, law: MotorLaw, before: Point) -> int:
-        """Return when the rotor reverses in the step after a grid point (ps); 0 if it does not reverse."""
+        """Return the time (ps) from a grid point to the rotor's reversal within the next step; 0 if there is none."""
         step, omega = law.step_ps, before.state[1]
         low, high = 0, step
         if omega == 0.0 or law.after(before.t, before.state, before.code, step)[1] * omega > 0.0:
@@ -285,7 +292,7 @@ class Passings:
         return self.linkage.follow(places, rotor, before.command / law.micro)
 
     def _within(self, going: Going, ps: int) -> None:
-        """Show the changes within a grid step up to an instant (ps)."""
+        """Show the changes up to an instant (ps) within the grid step that is being processed."""
         law, before = going.law, going.before
         step = law.step_ps
         if ps - before.t > step or before.t + step <= going.done:  # the rotor rests
@@ -305,7 +312,10 @@ class Passings:
     def _crossings(
         self, law: MotorLaw, before: Point, low: int, high: int, count: int, after: int
     ) -> Iterator[tuple[int, int]]:
-        """Yield the instants of single count changes, and the new counts, while the rotor turns in one direction."""
+        """Yield the instant (ps) of each single change from `count` to `after`, and the count after that change.
+
+        The rotor turns in one direction from `low` to `high` (ps after the grid point `before`).
+        """
         rising, model, table = after > count, law.model, law.table
         engine = model.python
         if (len(self.times) >= SOON or self.run.compiled) and model.is_compiled:
@@ -326,7 +336,10 @@ class Passings:
         return self.counts[n - 1] if n else self.first
 
     def after(self, ps: int, number: int = 1) -> When:
-        """Return the instant of change `number` after an instant (ps), NotYet, or None if there is no such change."""
+        """Return when (ps) the count will have changed `number` times after an instant (ps).
+
+        Return NotYet if this has not been found yet, None if no such change is foreseen.
+        """
         self.look(ps)
         n = bisect_right(self.times, ps) + number - 1
         farthest = ps + AHEAD_PS

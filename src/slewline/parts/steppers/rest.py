@@ -18,7 +18,7 @@ class RestCondition(Condition):
         self.kernel, self.run, self.text = kernel, run, f"{name} at rest"
 
     def belongs(self, kernel: Kernel) -> bool:
-        """Return whether the condition belongs to a bench."""
+        """Return whether the condition belongs to the bench with the given kernel."""
         return self.kernel is kernel
 
     def met(self) -> bool:

@@ -52,11 +52,11 @@ class Stepper(Blockable, Part):
     or a carriage can be mounted on it as on any other shaft.  `stall` is low while the rotor is within two
     steps of its command; a rotor that is further away does not return by itself.
 
-    Nothing is integrated before it is queried, and a query changes nothing: a state is computed by one
-    integrator step from the preceding point of a grid, which restarts at each input edge.
+    Nothing is integrated before it is queried, and a query changes nothing: the state at any instant is
+    computed by one integrator step from the preceding point of a grid, which restarts at each input edge.
 
     Args:
-        axis: the neighbour's axis.
+        axis: the axis of the neighbour, the part that the motor is attached to.
         motor, driver, load: by name, as text, or as a table of figures; see
             [Motors](../reference/motors.md).
         inputs: "step": PULSE and DIRECTION; "phases": the phases of a chip or of a driver module.
@@ -65,9 +65,11 @@ class Stepper(Blockable, Part):
         active: the level of a phase that is on; None: the active level of the neighbour's pin, or 1 if it
             has none.
         step: the step of the integrator; None: 20 µs, or 1 µs with a chopper.
-        lag: the delay from the rotor to the edge of `stall`.
-        engine: the engine of the integrator: "python"; "numba", which compiles before time passes; None:
-            Python, then Numba, if it is installed, as soon as that saves time.  The results are bit-identical.
+        lag: the delay from the instant at which the rotor enters or leaves the two steps to the edge of
+            `stall`.
+        engine: the engine of the integrator: "python"; "numba", which compiles before simulated time passes;
+            None: Python, then Numba, if it is installed, as soon as that saves time.  The results are
+            bit-identical.
     """
 
     _for_users = (
@@ -185,7 +187,7 @@ class Stepper(Blockable, Part):
         self.add_pin("stall", "out", "high: two steps or more from its command", initial=0)
 
     def attached(self, own: str, row: Pin) -> None:
-        """Take step edge, polarity of DIRECTION, or active level of a phase from the neighbour's pin."""
+        """Take from the neighbour's pin the polarity of DIRECTION, or the step edge or active level if not given."""
         if own == "pulse" and row.sense is not None and self._edge is None:
             self._edge = {0: "fall", 1: "rise"}[row.sense]
         if own == "direction" and row.sense is not None:
@@ -211,7 +213,7 @@ class Stepper(Blockable, Part):
 
     @property
     def lag(self) -> float:
-        """Lag of the rotor relative to its command, in full steps."""
+        """Lag of the rotor relative to its command, in full steps; negative if the rotor leads."""
         return self.command - self.place
 
     @property
@@ -246,7 +248,7 @@ class Stepper(Blockable, Part):
         return {"angle": self.place, "per_turn": self.shaft.per_turn, "lag": self.lag}
 
     def catch_up(self) -> None:
-        """Find the steps that were lost up to the last committed instant."""
+        """Find and report the steps that were lost up to the last committed instant."""
         for ps, code, text in self._losses.look(self.kernel.seen):
             self.finding(code, text, ps)
 
@@ -270,7 +272,7 @@ class Stepper(Blockable, Part):
     # -------------------------------------------------------------------------------------------------- turning by hand
     @from_outside
     def load(self, torque: float | str) -> None:
-        """Change the load torque from now on: N m, or text such as "30 mNm"; a positive torque opposes counting up."""
+        """Change the load torque from now on: N m, or text such as "30 mNm"; if positive, it opposes counting up."""
         newton_metres = quantity(torque, "N m", f"{self.name}: torque")
         self.input("load", torque)
         self._alter(torque=newton_metres)
@@ -355,7 +357,7 @@ class Stepper(Blockable, Part):
         self._promise()
 
     def _show_stall(self) -> None:
-        """Promise `stall`; an existing promise remains valid as long as nothing watches the wire."""
+        """Promise `stall` again; an existing promise is kept as long as nothing watches the wire."""
         driver = self.drivers["stall"]
         if driver.heard or driver.promise is None:
             driver.play(self._stall())

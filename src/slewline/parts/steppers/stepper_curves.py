@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def curve(kernel: Kernel, run: Run, name: str, unit: str, of: Callable[[MotorLaw, tuple[Any, ...]], Any]) -> Polyline:
-    """Return a quantity derived from columns of grid points (times, states, commands, codes) and their law."""
+    """Return the quantity that `of` computes from a law and its points (times, states, commands, codes)."""
     import numpy as np
 
     def changes(start: int, stop: int) -> tuple[Any, Any]:
@@ -44,7 +44,7 @@ def current_of(name: str, law: MotorLaw, points: tuple[Any, ...]) -> Any:
 
 
 def with_jumps(law: MotorLaw, before: Point, columns: tuple[Any, ...]) -> tuple[Any, ...]:
-    """Return the grid points after a point; each input edge is listed twice, with the old and the new command."""
+    """Return the points that follow `before`; each input edge is listed twice, with the old and new command."""
     import numpy as np
 
     times, states, commands, codes = columns

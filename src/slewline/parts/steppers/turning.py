@@ -46,7 +46,7 @@ class LinkageMotion:
         return self.run.stretches[0].first.t
 
     def steps_at(self, ps: int) -> Fraction:
-        """Return the position at an instant (ps), in steps, to a millionth of a step."""
+        """Return the position at an instant (ps), in steps, rounded to 1/2**20 of a step."""
         return round(Fraction(self.place(ps)) / FINEST) * FINEST
 
     def place(self, ps: int) -> float:
@@ -77,7 +77,7 @@ class LinkageMotion:
         return np.concatenate(times), np.concatenate(places)
 
     def counter(self, scale: CountScale, lag_ps: int) -> Counter:
-        """Return the counter of this motion on a scale, whose counts are shown `lag_ps` later."""
+        """Return the counter of this motion on a scale; it shows each count `lag_ps` later."""
         return RunCounter(passings_of(self.run, self.linkage, scale, HALF if scale.per_step else 0.0), scale, lag_ps)
 
     def lost(self, ps: int) -> int:
@@ -85,11 +85,11 @@ class LinkageMotion:
         return 0
 
     def moved(self, k: int) -> int:
-        """Return 0, because the motion has no edges."""
+        """Return 0, because no clock edges drive the motion."""
         return 0
 
     def count(self, ps: int) -> int:
-        """Return 0, because the motion has no edges."""
+        """Return 0, because no clock edges drive the motion."""
         return 0
 
     def onward(self, ps: int) -> LinkageMotion:
@@ -97,16 +97,16 @@ class LinkageMotion:
         return self
 
     def geared(self, ratio: Fraction) -> LinkageMotion:
-        """Return the motion of a geared shaft: `ratio` times as far, in the opposite direction if negative."""
+        """Return the motion of a geared shaft: `ratio` times as far; a negative `ratio` reverses the direction."""
         return replace(self, linkage=Linkage(factor=float(ratio), under=self.linkage))
 
     def played(self, here: LinkageMotion, play: Fraction, offset: Fraction) -> LinkageMotion:
-        """Return the motion of a load that is driven with backlash, and was initially `offset` above this motion."""
+        """Return the motion of a load driven by this motion with backlash, and initially `offset` steps above it."""
         return replace(self, linkage=Linkage(play=float(play), offset=float(offset), under=self.linkage))
 
 
 def passings_of(run: Run, linkage: Linkage, scale: CountScale, zero: float) -> Passings:
-    """Return the `Passings` of a count along a linkage; calls with equal arguments share one object."""
+    """Return the `Passings` of a run, for a linkage and a scale; calls with equal arguments share one object."""
     key = linkage, scale, zero
     if key not in run.along:
         run.along[key] = Passings(run, linkage, scale, zero)
@@ -115,7 +115,7 @@ def passings_of(run: Run, linkage: Linkage, scale: CountScale, zero: float) -> P
 
 
 class RunCounter:
-    """The counts of a linkage, shown on a wire `lag_ps` later: a counter of `parts/shafts/shaft_counter.py`."""
+    """A `Counter` (`parts/shafts/shaft_counter.py`) of a linkage: its counts, shown on a wire `lag_ps` later."""
 
     def __init__(self, passings: Passings, scale: CountScale, lag_ps: int) -> None:
         self.passings, self.scale, self.lag_ps = passings, scale, lag_ps
@@ -125,7 +125,10 @@ class RunCounter:
         return self.passings.level(ps - self.lag_ps)
 
     def after(self, ps: int, changes: int = 1) -> When:
-        """Return when change number `changes` after an instant (ps) is shown, NotYet, or None if there is none."""
+        """Return when (ps) the count shown will have changed `changes` times after an instant (ps).
+
+        Return NotYet if this has not been found yet, None if no such change is foreseen.
+        """
         return later(self.passings.after(ps - self.lag_ps, changes), self.lag_ps)
 
     def edges(self, start: int, stop: int) -> tuple[list[int], list[int]]:
@@ -160,8 +163,8 @@ class MotorShaft(Shaft):
 
     Args:
         run: the rotor's run.
-        alter: a function that changes the law of the run, or its state, at the last committed instant: hard
-            stops, a shaft blocked by hand, or a push (steps).
+        alter: a function that changes the law or the state of the run at the last committed instant, in
+            order to set hard stops, to block or free the shaft by hand, or to push it (by steps).
     """
 
     def __init__(self, kernel: Kernel, run: Run, alter: Callable[..., None]) -> None:

@@ -1,12 +1,12 @@
-"""Two recordings of one signal, the model's and a measured one: which edges match, and how far apart they are.
+"""Two recordings of one signal, the model's and a measured one: which edges match, and how far apart.
 
     model      ‾‾‾|_____|‾‾‾‾‾|_____|‾‾‾‾‾|_____|‾‾‾‾‾|_____
     measured   ‾‾‾|_____|‾‾‾‾‾‾|_____|‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾|_____
     edge          0     1     2      3     4     5     6        2 is late, 4 and 5 are missing
 
-Pairs are formed in order.  Two edges to the same level are a pair if neither has a better partner in the next edge but
-one, where "better" is measured from the previous pair; so a clock that is slightly fast or slow, as every real clock
-is, does not cause wrong pairs.
+Pairs are formed in order.  Two edges to the same level are a pair, unless one of them fits better with
+the edge two places later in the other signal: its delay is then closer to that of the previous pair.  So
+a clock that is slightly fast or slow, as every real clock is, does not cause wrong pairs.
 """
 
 from __future__ import annotations
@@ -64,12 +64,13 @@ class Comparison:
     Attributes:
         name: the name of the signal.
         model: the edges in the model: times, (n,) int64 ps, and levels, (n,).
-        measured: the measured edges, likewise.
-        shift_ps: the time that was added to the measured times, ps.
-        tolerance_ps: the distance up to which a pair agrees, ps.
-        pairs: the indices of the edges that belong together, (n, 2) int64: first in the model, then in the measured
-            signal.
-        within: text that states the origin of the tolerance, such as "the sampling at 12 MHz"; "" if the caller set it.
+        measured: the measured edges in the same form, with times as measured.
+        shift_ps: the time that was added to the measured times for the comparison, ps.
+        tolerance_ps: the greatest distance at which the two edges of a pair still agree, ps.
+        pairs: the indices of the edges of each pair, (n, 2) int64: column 0 in the model, column 1 in the
+            measured signal.
+        within: text that states the origin of the tolerance, such as "the sampling at 12 MHz"; "" if the
+            caller set it.
         notes: possible causes of differences, one per line.
     """
 
@@ -99,17 +100,17 @@ class Comparison:
 
     @property
     def greatest_ps(self) -> int:
-        """The greatest distance between the edges of any pair, ps; 0 without pairs."""
+        """The greatest distance between the two edges of a pair, ps; 0 without pairs."""
         return int(abs(self.late_ps).max()) if len(self.pairs) else 0
 
     @property
     def mean_ps(self) -> float:
-        """The mean distance between the edges of a pair, ps; 0 without pairs."""
+        """The distance between the two edges of a pair, averaged over all pairs, ps; 0 without pairs."""
         return float(abs(self.late_ps).mean()) if len(self.pairs) else 0.0
 
     @property
     def drift_ppm(self) -> float:
-        """The drift of the measured clock, in ppm, positive if slower than the model's: the slope of `late_ps`."""
+        """The drift of the measured clock, in ppm, positive if it is slower than the model's: slope of `late_ps`."""
         return 1e6 * _slope(self.model[0][self.pairs[:, 0]], self.late_ps)
 
     @property
@@ -173,7 +174,7 @@ def compare_edges(
         shift: the time that is added to the measured times: a time, which may be negative; "first", to make
             the first edges to the same level coincide; or "best", to make as many edges as possible
             coincide.
-        tolerance: the distance up to which a pair agrees.
+        tolerance: the greatest distance at which the two edges of a pair still agree.
         name: the name of the signal, for the text.
         invert: invert the measured levels first, for a signal measured after an inverting optocoupler.
 
@@ -228,7 +229,7 @@ def _others(count: int, paired: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _slope(at: NDArray[np.int64], what: NDArray[np.int64]) -> float:
-    """Return the slope of the straight line fitted to some points."""
+    """Return the slope of the straight line fitted to values `what` at times `at`; 0 for fewer than two points."""
     if len(at) < 2:
         return 0.0
     x = at - at.mean()
@@ -245,7 +246,7 @@ def _first(model: Edges, measured: Edges) -> int:
 
 
 def _best(model: Edges, measured: Edges) -> int:
-    """Return the candidate shift that brings the most edges close to each other."""
+    """Return the shift (ps), out of some candidates, that brings the most measured edges close to model edges."""
     import numpy as np
 
     shifts = {
@@ -271,7 +272,11 @@ def _best(model: Edges, measured: Edges) -> int:
 
 
 def _near(model: Edges, measured: Edges, shift: int, reach: float) -> float:
-    """Return how many measured edges lie within `reach` (ps) of a model edge; more distant edges count less."""
+    """Return the number of measured edges close to a model edge, each weighted by its closeness.
+
+    The weight falls linearly from 1 for edges that coincide, after the shift (ps), to 0 for edges `reach`
+    (ps) apart.
+    """
     import numpy as np
 
     count = 0.0
@@ -285,7 +290,7 @@ def _near(model: Edges, measured: Edges, shift: int, reach: float) -> float:
 
 
 def _alike(long: Edges, short: Edges) -> list[int]:
-    """Return shifts at which the first edges of `short` match edges somewhere in `long`."""
+    """Return shifts (ps) that make the first edges of `short` match consecutive edges somewhere in `long`."""
     import numpy as np
 
     shifts: list[int] = []
@@ -308,7 +313,7 @@ def _alike(long: Edges, short: Edges) -> list[int]:
 
 # ------------------------------------------------------------------------------------------------------------- pairs
 def _pairs(model: Edges, measured: Edges) -> NDArray[np.int64]:
-    """Return the indices of the edges that belong together, (n, 2) int64."""
+    """Return the indices of the edges of each pair, (n, 2) int64: in the model, and in the measured signal."""
     import numpy as np
 
     count = min(len(model[0]), len(measured[0]))
@@ -323,7 +328,7 @@ def _pairs(model: Edges, measured: Edges) -> NDArray[np.int64]:
 
 
 def _drift_alone(model: NDArray[np.int64], measured: NDArray[np.int64]) -> bool:
-    """Return whether two edge sequences of equal length differ only by clock drift, as after a long pause."""
+    """Return whether two edge sequences of equal length differ by clock drift alone, as in a long pause."""
     import numpy as np
 
     if len(model) < 3:
@@ -335,7 +340,7 @@ def _drift_alone(model: NDArray[np.int64], measured: NDArray[np.int64]) -> bool:
 
 
 def _runs(model: Edges, measured: Edges) -> list[tuple[int, int, int]]:
-    """Return runs of consecutive pairs: the indices of the first edge in both signals, and the number of pairs."""
+    """Return runs of consecutive pairs: for each, the indices of its first pair, and its number of pairs."""
     import numpy as np
 
     ends = np.array([NEVER, NEVER])
@@ -361,7 +366,11 @@ def _runs(model: Edges, measured: Edges) -> list[tuple[int, int, int]]:
 
 
 def _fits(columns: list[NDArray[np.int64]], a: int, b: int, length: int, late: int) -> NDArray[np.bool_]:
-    """Return which of the next edges are pairs, provided that all preceding edges are: (length,) bool."""
+    """Return which edges, from a in the model and b in the measured signal on, are pairs: (length,) bool.
+
+    Each result presumes that all preceding edges are pairs; `late` is the delay of the pair before a and b,
+    ps.
+    """
     import numpy as np
 
     def cut(which: int, begin: int) -> NDArray[np.int64]:

@@ -1,8 +1,8 @@
-"""Comparison of all signals in a recording with the model's, and possible causes of differences.
+"""Comparison of all signals in a recording with those of the model, and possible causes of differences.
 
-A correct recording may look wrong: an optocoupler inverts a signal, two clips have been exchanged, or a filter delays
-one signal.  Each of these is tried, and reported if it makes all signals agree, but the signals still count as
-different.
+A correct recording may look wrong: an optocoupler inverts a signal, two clips have been exchanged, or a
+filter delays one signal.  Each of these causes is tried, and reported if it explains the differences;
+even then, the signals count as different.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ MOST = 12  # differing signals of which all pairs are tried: 66 pairs
 
 
 class SignalPair(NamedTuple):
-    """A model signal and the measured one: their names and edges, whether it is a wire, and the initial levels."""
+    """A model signal and the measured one compared with it: names, edges, whether wires, and initial levels."""
 
     name: str
     other: str
@@ -34,7 +34,7 @@ class SignalPair(NamedTuple):
 
 
 class Terms(NamedTuple):
-    """The terms of a comparison: the shift, the tolerance (ps) and its wording in text, and the inverted signals."""
+    """The terms of a comparison: shift, tolerance (ps) and its origin as text (`within`), signals to invert."""
 
     shift: Time = "first"
     tolerance: int = 0
@@ -43,9 +43,9 @@ class Terms(NamedTuple):
 
 
 def compare_signals(pairs: Sequence[SignalPair], terms: Terms) -> list[Comparison]:
-    """Compare signals; the first signal with edges determines the shift for all of them.
+    """Compare signals; the shift found for the first signal with paired edges is used for all later ones.
 
-    If any of them differ, notes in the comparisons state the probable cause, if one is found.
+    If any signals differ, notes in the comparisons state the probable cause, if one is found.
     """
     found = _compared(pairs, terms)
     wrong = [index for index, one in enumerate(found) if not one.agrees]
@@ -74,7 +74,7 @@ def _compared(pairs: Sequence[SignalPair], terms: Terms) -> list[Comparison]:
 
 
 def _constant(pair: SignalPair, terms: Terms) -> tuple[str, ...]:
-    """Return a note on a signal without edges if its level differs from the model's; for a bus, return none."""
+    """Return a note if a wire without edges has a level (0 or 1) other than the model's; otherwise, return ()."""
     ours, theirs = pair.levels
     if not pair.wire or min(ours, theirs) < 0:
         return ()
@@ -110,7 +110,7 @@ def _polarity(pairs: Sequence[SignalPair], terms: Terms) -> dict[str, tuple[str,
 
 
 def _swapped(pairs: Sequence[SignalPair], wrong: Sequence[int], terms: Terms) -> dict[str, tuple[str, ...]]:
-    """Return notes on two signals whose exchange, with inversions if necessary, makes all signals agree."""
+    """Return notes, by signal, on two whose exchange, with inversions if necessary, makes all signals agree."""
     for a, b in combinations(wrong, 2):
         tried = list(pairs)
         for here, there in ((a, b), (b, a)):

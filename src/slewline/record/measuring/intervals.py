@@ -53,7 +53,7 @@ class SignalEdges(NamedTuple):
 
     @classmethod
     def of_trace(cls, trace: Trace, start: int, stop: int) -> SignalEdges:
-        """Return the measured edges in a window (ps); outside the known part, the signal is taken to float."""
+        """Return the edges of a measured signal in a window (ps); where it was not measured, it counts as floating."""
         import numpy as np
 
         since, until = max(start, trace.since), min(stop, trace.until)
@@ -115,7 +115,10 @@ class Edge(NamedTuple):
         return cls(pin, change, int(number))
 
     def find(self, signal: SignalEdges, after: int, include: bool) -> int | None:
-        """Return the instant (ps) of this edge, counting from `after` (inclusive with `include`); None if absent."""
+        """Return the instant (ps) of this edge; None if there is none.
+
+        Edges are counted from `after`; an edge at `after` itself counts only with `include`.
+        """
         import numpy as np
 
         if signal.bus and self.change in ("falls", "rises"):
@@ -126,7 +129,7 @@ class Edge(NamedTuple):
 
 
 def pairs(starts: NDArray[np.int64], ends: NDArray[np.int64], strict: bool) -> Spans:
-    """Return the start and end of every interval: (m,) int64 ps; with `strict`, leave out those of length 0."""
+    """Return the starts and ends of all intervals: (m,) int64 ps each; with `strict`, none has length 0."""
     import numpy as np
 
     last = np.searchsorted(starts, ends, "left" if strict else "right") - 1
@@ -137,10 +140,10 @@ def pairs(starts: NDArray[np.int64], ends: NDArray[np.int64], strict: bool) -> S
 
 
 def intervals(limit: Limit, signals: Callable[[str], SignalEdges]) -> Spans:
-    """Return the start and end of every interval to which a limit applies: (m,) int64 ps.
+    """Return the starts and ends of all intervals to which a limit applies: (m,) int64 ps each.
 
     Args:
-        signals: a function that returns the edges of a pin, given its name in the sheet.
+        signals: a function that returns the edges of a pin, given its name in the data sheet.
     """
     (first, begins), (second, ends) = limit.start.split(), limit.end.split()
     answer = limit.least is None and limit.most is None  # a host may send another request at the instant of the answer
@@ -163,7 +166,7 @@ def rounded(ps: int, digits: int) -> int:
 
 @dataclass(frozen=True, slots=True)
 class Bound:
-    """A limit at the crystal frequency of a chip: minimum, typical and maximum times in ps."""
+    """A time limit of a chip at the frequency of its crystal: minimum, typical and maximum times in ps."""
 
     limit: Limit
     least: int | None
@@ -176,7 +179,7 @@ class Bound:
         return cls(limit, *limit.at(crystal_hz))
 
     def kept(self, shortest: int, longest: int) -> bool | None:
-        """Return whether times from shortest to longest (ps) are within the limit; None if it is only typical."""
+        """Return whether times from `shortest` to `longest` (ps) keep the limit; None if it is only a typical time."""
         if self.least is None and self.most is None:
             return None
         return (self.least is None or shortest >= self.least) and (self.most is None or longest <= self.most)
@@ -195,7 +198,7 @@ class Interval:
         end: the second edge.
         start_ps: the instant of the first edge, ps.
         end_ps: the instant of the second edge, ps.
-        bounds: the limits for it in the part's data sheet.
+        bounds: the limits for this interval in the part's data sheet.
     """
 
     start: str
@@ -211,13 +214,13 @@ class Interval:
 
     @property
     def kept(self) -> bool | None:
-        """True if the interval is within the data sheet limits, False if not; None if there are none."""
+        """True if the interval keeps its data sheet limits, False if not; None without a minimum or maximum."""
         found = [bound.kept(self.ps, self.ps) for bound in self.bounds]
         return None if all(kept is None for kept in found) else False not in found
 
     @property
     def symbol(self) -> str:
-        """The symbol in the data sheet, such as "t14"; "t" if it has none."""
+        """The data sheet symbol of the interval, such as "t14"; "t" if the interval has none."""
         return next((bound.limit.symbol for bound in self.bounds if bound.limit.symbol), "t")
 
     def __str__(self) -> str:
@@ -234,12 +237,12 @@ class Checked:
         chip: the name of the chip.
         bound: the limit, as in the data sheet.
         count: the number of measured times.
-        shortest_ps: the shortest of them, ps; None if there is none.
-        longest_ps: the longest of them, ps; None if there is none.
+        shortest_ps: the shortest measured time, ps; None if there is none.
+        longest_ps: the longest measured time, ps; None if there is none.
         violations: the instants at which the intervals that violate the limit begin, ps.
         missing: the pin that was not recorded; "" if none is missing.
-        doubt_ps: the uncertainty of the times, ps: for a measured recording, its sampling period.  A violation exceeds
-            the limit by more than this.
+        doubt_ps: the uncertainty of the times, ps: for a measured recording, its sampling period.  A time
+            counts as a violation only if it violates the limit by more than this.
     """
 
     chip: str
@@ -255,7 +258,7 @@ class Checked:
     def of(
         cls, chip: str, bound: Bound, begins: NDArray[np.int64], ends: NDArray[np.int64], doubt_ps: int = 0
     ) -> Checked:
-        """Return the check of a limit against intervals, given by start and end (m,) int64 ps."""
+        """Return the check of a limit on intervals with starts `begins` and ends `ends`: (m,) int64 ps each."""
         if not len(begins):
             return cls(chip, bound)
         lasts = ends - begins
@@ -267,12 +270,12 @@ class Checked:
 
     @property
     def name(self) -> str:
-        """The name of the chip, and the symbol in the data sheet."""
+        """The name of the chip, followed by the data sheet symbol of the limit, if it has one."""
         return f"{self.chip} {self.bound.limit.symbol}".rstrip()
 
     @property
     def kept(self) -> bool | None:
-        """True if the limit was kept, False if not; None if nothing was measured, or it has only a typical time."""
+        """True if the limit was kept, False if not; None if nothing was measured, or it is only a typical time."""
         if self.shortest_ps is None or self.longest_ps is None:
             return None
         sure = self.bound.kept(self.shortest_ps, self.longest_ps)
@@ -280,7 +283,7 @@ class Checked:
 
     @property
     def doubtful(self) -> bool:
-        """True if the limit may have been violated by less than the uncertainty of the times."""
+        """True if the limit counts as kept, but may have been violated within the uncertainty of the times."""
         return bool(
             self.kept
             and self.doubt_ps
@@ -289,7 +292,7 @@ class Checked:
 
     @property
     def verdict(self) -> str:
-        """The result as text: kept, violated, or not measured."""
+        """The result as text: kept, violated, only typical, not seen, or not recorded."""
         if self.missing:
             return f"{self.missing} not recorded"
         if not self.count:
@@ -306,7 +309,7 @@ HEADS = ("", "time", "printed", "seen", "shortest", "longest", "")  # of a table
 
 
 class TimingTable(Sequence[Checked]):
-    """The time limits in the data sheets of some chips, each with the measured times; `print` shows them as a table."""
+    """The time limits in the data sheets of some chips, each with its measured times; `print` shows a table."""
 
     def __init__(self, rows: Iterable[Checked]) -> None:
         self.rows = tuple(rows)

@@ -1,7 +1,7 @@
 """Measurements on arrays of instants, for tests and plots of steps and edges.  All functions are pure.
 
-Instants are int64 picoseconds, ascending.  A clock whose period is not a whole number of picoseconds makes equal
-intervals differ by 1 ps, so intervals that differ by no more than this count as equal.
+Instants are int64 picoseconds, ascending.  A clock whose period is not a whole number of picoseconds
+makes equal intervals differ by 1 ps, so intervals that differ by no more than 1 ps count as equal.
 """
 
 from __future__ import annotations
@@ -50,8 +50,9 @@ def runs(times_ps: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int
     """Return the runs of steps at a constant rate.
 
     Returns:
-        The step with which each run begins, (m,) int64, and the number of its intervals, (m,) int64: run i spans the
-            intervals that begin with steps first[i] to first[i] + count[i] - 1.
+        Two arrays, (m,) int64: `first`, the index of the step with which each run begins, and `count`, the
+            number of intervals in each run; run i spans the intervals that begin with steps first[i] to
+            first[i] + count[i] - 1.
 
     Raises:
         UsageError: the instants are not in ascending order.
@@ -66,7 +67,7 @@ def runs(times_ps: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int
 
 
 def pulses(times_ps: NDArray[np.int64], levels: Levels, level: int = 0) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the start and end of each pulse at a level, (m,) int64 ps, if both are among the given edges.
+    """Return the starts and the ends, (m,) int64 ps each, of pulses at a level between two of the given edges.
 
     A pulse that begins or ends where the signal is unknown is left out, as its width is not known.
     """
@@ -84,7 +85,7 @@ def pulse_widths(times_ps: NDArray[np.int64], levels: Levels, level: int = 0) ->
 
 
 def glitches(times_ps: NDArray[np.int64], shorter_than_ps: int) -> NDArray[np.intp]:
-    """Return the indices, (m,), of the edges that the next edge follows in less than `shorter_than_ps`."""
+    """Return the indices, (m,), of the edges after which the next edge follows in less than `shorter_than_ps`."""
     import numpy as np
 
     return np.flatnonzero(np.diff(times_ps) < shorter_than_ps)
@@ -92,7 +93,7 @@ def glitches(times_ps: NDArray[np.int64], shorter_than_ps: int) -> NDArray[np.in
 
 @dataclass(frozen=True, slots=True)
 class MeasuredRamp:
-    """A move from rest to rest.  The plateau is the longest stretch at the highest rate."""
+    """The measured parts of a move from rest to rest; the plateau is the longest stretch at the highest rate."""
 
     up_ps: int  # from the first step to the first one of the plateau
     plateau_ps: int
@@ -103,12 +104,12 @@ class MeasuredRamp:
 
 
 def ramp(times_ps: NDArray[np.int64], rounding_ps: int = ROUNDING_PS) -> MeasuredRamp:
-    """Return where a move reaches its highest rate, and for how long.
+    """Return the times at which a move reaches and leaves its highest rate, and this rate.
 
     Args:
         times_ps: the instants of the steps, (n,) int64 ps, ascending.
-        rounding_ps: the unit to which the instants are rounded (for a measured recording, its `timescale_ps`);
-            intervals at the same rate differ by up to this unit.
+        rounding_ps: the unit to which the instants are rounded (for a measured recording, its
+            `timescale_ps`); intervals at the same rate differ by up to this unit.
 
     Raises:
         UsageError: there are fewer than two steps, or the instants are not in ascending order.
@@ -138,8 +139,8 @@ class Jitter:
 
     Attributes:
         steps: the number of steps in the longest stretch at one rate, in which the jitter is measured.
-        rate_sps: their rate, steps/s.
-        rms_ps: the root mean square of their deviations from equal intervals, ps.
+        rate_sps: the rate of these steps, steps/s.
+        rms_ps: the root mean square of the deviations of their instants from an even spacing, ps.
         greatest_ps: the greatest of these deviations, ps.
     """
 
@@ -155,7 +156,7 @@ LONGER = 1.5  # a stretch that grows by less with more tolerance is final
 
 
 def jitter(times_ps: NDArray[np.int64], rounding_ps: int = ROUNDING_PS) -> Jitter | None:
-    """Return the jitter of steps where their rate is constant; None if there is no such stretch.
+    """Return the jitter of the longest stretch of steps at a constant rate; None if no stretch is long enough.
 
     Args:
         times_ps: the instants of the steps, (n,) int64 ps, ascending.
@@ -193,9 +194,10 @@ class Skew:
     """The delay between corresponding steps of two axes.
 
     Attributes:
-        pairs: the number of corresponding steps.
-        median_ps: the median delay of the second axis, ps; negative if it is earlier.
-        greatest_ps: the greatest deviation from the median, ps.
+        pairs: the number of pairs of corresponding steps.
+        median_ps: the median delay of the second axis relative to the first, ps; negative if the second is
+            earlier.
+        greatest_ps: the greatest deviation of a delay from the median, ps.
     """
 
     pairs: int
@@ -206,7 +208,8 @@ class Skew:
 def skew(first_ps: NDArray[np.int64], second_ps: NDArray[np.int64]) -> Skew | None:
     """Return the delay of a second axis's steps after the nearest steps of the first; None if none correspond.
 
-    Steps correspond if they are nearer to each other than a quarter of the shortest interval of either axis.
+    Two steps correspond if they are apart by at most a quarter of the shortest interval of either axis; an axis
+    with fewer than two steps has no corresponding steps.
     """
     import numpy as np
 

@@ -1,6 +1,6 @@
-"""A measured pin drawn over the model's: where the two differ, and for how long.
+"""A measured pin drawn over the model's pin: where the two differ (#), and for how long.
 
-    model     ‾‾‾|_____|‾‾‾‾‾‾‾|_____|‾‾‾      for a late edge, the stretch is as long as the delay,
+    model     ‾‾‾|_____|‾‾‾‾‾‾‾|_____|‾‾‾      for a late edge, the # stretch is as long as the delay,
     measured  ‾‾‾‾|_____|‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾      for a missing pulse, as long as the pulse
                  #     #       ######
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 class LevelTrace(Protocol):
-    """A trace or signal: edges, (n,) int64 ps, the levels after them, (n,), and the level before the first edge."""
+    """A trace or a signal: the times of its edges, the level after each edge, and the level before the first."""
 
     @property
     def times_ps(self) -> NDArray[np.int64]:
@@ -35,7 +35,7 @@ class LevelTrace(Protocol):
 
     @property
     def levels(self) -> Levels:
-        """The levels after the edges: (n,)."""
+        """The level after each edge: (n,)."""
 
     @property
     def level(self) -> int:
@@ -43,7 +43,7 @@ class LevelTrace(Protocol):
 
 
 def checked(over: Mapping[str, Trace] | None) -> Mapping[str, Trace]:
-    """Return the traces to draw over pins, keyed by pin name.
+    """Return the given traces, which are to be drawn over pins, keyed by pin name; an empty mapping for None.
 
     Raises:
         UsageError: the argument is not a mapping of pin names to traces.
@@ -57,10 +57,10 @@ def checked(over: Mapping[str, Trace] | None) -> Mapping[str, Trace]:
 
 
 def fitting(name: str, bus: bool, trace: Trace | None) -> Trace | None:
-    """Return the trace to draw over a pin or a bus.
+    """Return the given trace, which is to be drawn over the pin or bus `name`, or None if there is none.
 
     Raises:
-        UsageError: one of the two is a bus, and the other is not.
+        UsageError: the trace shows a bus but `name` is a single pin, or the reverse.
     """
     if trace is not None and trace.bus != bus:
         kinds = ("a bus", "one pin") if bus else ("one pin", "a bus")
@@ -69,7 +69,10 @@ def fitting(name: str, bus: bool, trace: Trace | None) -> Trace | None:
 
 
 def differing(model: LevelTrace, measured: Trace, start: int, stop: int) -> NDArray[np.int64]:
-    """Return where, in a window (ps), a measured pin differs from the model: starts and ends, (k, 2) int64 ps."""
+    """Return the stretches of a window (ps) in which a measured pin differs from the model: (k, 2) int64 ps.
+
+    Each row is the start and the end of a stretch.
+    """
     import numpy as np
 
     start, stop = max(start, measured.since), min(stop, measured.until)
@@ -93,13 +96,17 @@ def marked(model: LevelTrace, measured: Trace, start: int, stop: int) -> NDArray
 
 
 def differences(pins: Iterable[tuple[str, LevelTrace, Trace | None]], start: int, stop: int) -> list[str]:
-    """Return a line stating how well pins agree with their measured traces in a window (ps); [] without traces."""
+    """Return how well pins agree with their measured traces in a window (ps): a list of one line; [] if none."""
     notes = [f"{name} {_agreement(model, over, start, stop)}" for name, model, over in pins if over is not None]
     return [f"Dashed: measured: {'; '.join(notes)}"] if notes else []
 
 
 def _agreement(model: LevelTrace, measured: Trace, start: int, stop: int) -> str:
-    """Return text with the greatest delay and the numbers of missing and extra edges in the window."""
+    """Return text on how well a measured trace agrees with the model in a window (ps).
+
+    The text states the greatest distance of a measured edge from the model's, late or early, and the numbers
+    of missing and extra edges.
+    """
     start, stop = max(start, measured.since), min(stop, measured.until)
     if stop <= start:
         return "covers none of this window"

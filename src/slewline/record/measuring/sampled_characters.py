@@ -13,11 +13,11 @@ if TYPE_CHECKING:
 
 
 def characters(signal: SignalEdges, stop: int, clock: Clock, word: CharacterFormat, mark: int) -> list[Character]:
-    """Return the characters in a signal, which begins with the line idle.
+    """Return the characters in the signal of a serial line, which must be idle at the start of the signal.
 
     Args:
         stop: the end of the signal (ps); a character is left out if the middle of its first stop bit is
-            later.
+            later than this.
         clock: the clock, at sixteen times the baud rate.
         mark: the level of the idle line.
     """
@@ -41,6 +41,6 @@ def characters(signal: SignalEdges, stop: int, clock: Clock, word: CharacterForm
 
 
 def shown(byte: int) -> str:
-    """Return a byte for a picture: a character, the abbreviation of a control character, or two hex digits."""
+    """Return a byte as text for a picture: a character, a control character's abbreviation, or two hex digits."""
     names = {13: "CR", 10: "LF", 27: "ESC", 3: "ETX", 32: "SP"}
     return names.get(byte) or (chr(byte) if 32 < byte < 127 else f"{byte:02X}")

@@ -1,4 +1,4 @@
-"""The values of all traces at some instants: the table for the cursors of a picture."""
+"""The values of all quantities and pins of a picture at its cursors, as a table."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ Value = float | int | None
 
 @dataclass(frozen=True, slots=True)
 class TraceReading:
-    """The values of a trace at some instants.
+    """The values of a pin, a bus or a quantity at some instants.
 
     Attributes:
-        name: the name of the pin or the quantity.
-        unit: the unit of the quantity; "" for a pin.
-        values: the value at each instant; None where the pin floats or there is no value.
+        name: the name of the pin, the bus or the quantity.
+        unit: the unit of the quantity; "" for a pin or a bus.
+        values: the value at each instant; None where the pin or bus floats, or the quantity has no value.
         bits: 1 for a pin, 8 for a bus, 0 for a quantity.
     """
 
@@ -33,18 +33,18 @@ class TraceReading:
 
     @property
     def differences(self) -> tuple[Value, ...]:
-        """The change of the quantity from each instant to the next; None for a pin, and where there is no value."""
+        """The change of a quantity from each instant to the next; None for a pin, a bus, or a missing value."""
         pairs = zip(self.values, self.values[1:], strict=False)
         return tuple(None if self.bits or a is None or b is None else b - a for a, b in pairs)
 
 
 @dataclass(frozen=True, slots=True)
 class Readings:
-    """The values of traces at some instants; `print` shows them as a table.
+    """The values of quantities and pins at some instants; `print` shows them as a table.
 
     Attributes:
         instants_ps: the instants, ps.
-        rows: a `TraceReading` for each trace.
+        rows: a `TraceReading` for each quantity and each pin.
     """
 
     instants_ps: tuple[int, ...]
@@ -100,7 +100,7 @@ def readings(
 
 
 def measured(name: str, trace: Trace, instants: Sequence[int]) -> TraceReading:
-    """Return the measured levels of a pin at some instants (ps); None where it floats or is unknown."""
+    """Return the measured levels of a pin at some instants (ps); None where the pin floats or is unknown."""
     levels = trace.levels_at(instants)
     values = tuple(None if level == FLOATING else level for level in levels)
     return TraceReading(f"{name} measured", "", values, 8 if trace.bus else 1)

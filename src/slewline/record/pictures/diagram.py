@@ -1,4 +1,4 @@
-"""The layout of a timing diagram: time in inches, quiet stretches cut short, arrows on separate lines.
+"""The layout of a timing diagram: time as inches, quiet stretches cut short, arrows on separate lines.
 
 Nothing is drawn here.  All positions are in inches from the lower left corner.
 """
@@ -25,7 +25,7 @@ SMALL, LARGE = 7.5, 8.5  # points
 
 
 class LaneText(NamedTuple):
-    """Text over a lane, from one instant to another (ps), such as a character; `wrong` marks it as faulty."""
+    """Text over a lane, from one instant to another (ps), such as a character; `wrong` marks a faulty one."""
 
     start: int
     end: int
@@ -37,8 +37,9 @@ class LaneText(NamedTuple):
 class Lane:
     """A pin or a bus in a diagram, with its measured trace if there is one.
 
-    `pin` is its full name, and `label` the text next to it; `describe` returns the meaning of a bus value, given the
-    value and the instant (ps) at which it ends.
+    `pin` is the full name of the pin or bus, and `label` the text next to the lane; `words` are texts over
+    the lane; `describe` returns the meaning of a bus value, given the value and the instant (ps) at which
+    the value ends.
     """
 
     pin: str
@@ -53,8 +54,9 @@ class Lane:
 class Diagram:
     """The contents of a timing diagram in a window (ps).
 
-    `measured` are arrows with times; `causes` are curved arrows from an edge to the edge that it causes; `quiet` is the
-    minimum length (ps) of a stretch without edges that is cut short: None if chosen to fit, 0 to cut none.
+    `measured` are the times drawn as arrows; `causes` are drawn as curved arrows from an edge to the edge
+    that it causes; stretches without edges that are longer than `quiet` (ps) are cut short: None chooses it
+    to fit, 0 cuts none.
     """
 
     title: str
@@ -75,7 +77,7 @@ class Diagram:
 
     @property
     def compared(self) -> list[str]:
-        """A line stating how well lanes agree with the traces drawn over them; [] if no lane has such a trace."""
+        """A list of one line on how well lanes agree with the traces drawn over them; [] if there are none."""
         return differences(((lane.label, lane.signal, lane.over) for lane in self.lanes), self.start, self.stop)
 
 
@@ -115,7 +117,7 @@ class TimeScale:
         self.ps_per_inch = shown / (right - left)
 
     def __call__(self, times: Any) -> Any:
-        """Return the positions of instants (ps): float64 inches, same shape."""
+        """Return the positions of instants (ps): float64 inches, in the same shape as `times`."""
         import numpy as np
 
         return np.interp(np.asarray(times, np.int64) - self.start, self._times, self._places)
@@ -146,7 +148,7 @@ class Arrow(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class DiagramLayout:
-    """The positions of all elements: the top of the lanes, the foot of each, the arrows, the notes below the title."""
+    """The positions of all elements: the top of the lanes, the foot of each lane, the arrows, and the notes."""
 
     height: float
     top: float
@@ -180,7 +182,7 @@ class DiagramLayout:
 
 
 def lanes_of(interval: Interval, lanes: Sequence[Lane]) -> tuple[int, int]:
-    """Return the numbers of the lanes of the two edges of an interval."""
+    """Return the numbers of two lanes: that of the start edge of an interval, and that of its end edge."""
     names = [lane.pin for lane in lanes]
     return names.index(interval.start.split()[0]), names.index(interval.end.split()[0])
 
@@ -191,7 +193,10 @@ def _placed(
     scale: TimeScale,
     taken: dict[tuple[int, int], list[tuple[float, float]]],
 ) -> Arrow:
-    """Return an arrow, placed on the first line under its lanes that has room for it and its text."""
+    """Return an arrow on the first line under the lower of its lanes that has room for it and its text.
+
+    The extent of the arrow is added to `taken`, which is keyed by lane and line.
+    """
     first, second = (float(place) for place in scale([interval.start_ps, interval.end_ps]))
     for text in _labels(interval):
         wide = len(text) * LETTER * SMALL
@@ -212,7 +217,10 @@ def _placed(
 
 
 def _labels(interval: Interval) -> tuple[str, ...]:
-    """Return possible texts for an arrow, longest first: the time, the limit, and whether the limit is kept."""
+    """Return possible texts for an arrow, longest first: time, limit, verdict; time and verdict; only the time.
+
+    The verdict states whether the limit is kept.  Without a limit, the only text is the time.
+    """
     text = f"{interval.symbol} = {duration(interval.ps) if interval.ps else 0}"
     limits = "; ".join(str(bound) for bound in interval.bounds)
     verdict = "" if interval.kept is None else ": kept" if interval.kept else ": violated"

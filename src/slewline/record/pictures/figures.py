@@ -41,7 +41,7 @@ NARROW = 6.0  # a narrower picture has less space next to its panels
 
 @dataclass(frozen=True, slots=True)
 class Contents:
-    """The contents of a picture: tracks and traces in a window (ps, in the time of the picture)."""
+    """The contents of a picture: tracks and traces from `start` to `stop` (ps, in the time of the picture)."""
 
     title: str
     tracks: Sequence[Track]
@@ -59,7 +59,7 @@ def _picture_class() -> type[Figure]:
     from matplotlib.figure import Figure
 
     class Picture(Figure):
-        """A figure that is drawn in the style of slewline, independent of the current configuration."""
+        """A figure that is drawn in the style of slewline, regardless of the current matplotlib configuration."""
 
         dark = False
         description = ""
@@ -88,32 +88,32 @@ def new_picture(width: float, height: float, dark: bool = False) -> Figure:
 
 # ------------------------------------------------------------------------------------------------------------- layout
 class Paper:
-    """A figure on which positions are in inches from the upper left corner."""
+    """A figure on which positions are in inches: x to the right and y down from the upper left corner."""
 
     def __init__(self, width: float, height: float, dark: bool) -> None:
         self.width, self.height = width, height
         self.figure = new_picture(width, height, dark)
 
     def text(self, x: float, y: float, text: str, **style: Any) -> None:
-        """Write text with its upper left corner at a position."""
+        """Write text with its upper left corner at (x, y)."""
         self.figure.text(x / self.width, 1 - y / self.height, text, va="top", **style)
 
     def line(self, x: float, y: float, length: float, **style: Any) -> None:
-        """Draw a horizontal line."""
+        """Draw a horizontal line of the given length (inches) from (x, y) to the right."""
         from matplotlib.lines import Line2D
 
         ends, up = [x / self.width, (x + length) / self.width], 1 - y / self.height
         self.figure.add_artist(Line2D(ends, [up, up], transform=self.figure.transFigure, **style))
 
     def panel(self, x: float, y: float, width: float, height: float, first: Axes | None) -> Axes:
-        """Return a panel with its upper left corner at a position."""
+        """Return a panel with its upper left corner at (x, y), and with the time axis of the panel `first`, if any."""
         box = (x / self.width, 1 - (y + height) / self.height, width / self.width, height / self.height)
         return self.figure.add_axes(box, sharex=first)
 
 
 @dataclass(frozen=True, slots=True)
 class Panel:
-    """A panel to be drawn: its curves (empty if it shows pins), heading, and its height and the room above, inches."""
+    """A panel to be drawn: its curves (none if it shows pins), heading, height and the room above it (inches)."""
 
     curves: Sequence[TrackCurve]
     heading: str
@@ -145,7 +145,7 @@ class FigureLayout:
         self.panels = self._panels(curves)
 
     def _longest_rate(self) -> int:
-        """Return the number of letters in the longest rate label; a label lists all names of equal rates."""
+        """Return the number of letters in the longest rate label; one label lists all names of equal rates."""
         named: dict[float, list[str]] = {}
         in_force = ((track, rates) for track in self.contents.tracks for _, rates in track.rates())
         for track, rates in {id(rates): (track, rates) for track, rates in in_force}.values():  # motions may share them
@@ -168,7 +168,7 @@ class FigureLayout:
         return max((len(line) for name in self.names or () for line in name.split("\n")), default=0)
 
     def _legend(self) -> list[list[tuple[float, int, str]]]:
-        """Return rows of legend entries: position, track number, name."""
+        """Return rows of legend entries, each with its position (inches from the left), track number and name."""
         rows: list[list[tuple[float, int, str]]] = []
         at = self.width
         for index in self.named:
@@ -200,12 +200,12 @@ class FigureLayout:
 
     @property
     def head(self) -> float:
-        """The height of title, notes and legend."""
+        """The height of title, notes and legend together, inches."""
         return EDGE + 0.23 * len(self.title) + LINE * (len(self.notes) + len(self.legend)) + 0.04 * bool(self.legend)
 
     @property
     def height(self) -> float:
-        """The height of the whole picture."""
+        """The height of the whole picture, inches."""
         return self.head + sum(panel.above + panel.height for panel in self.panels) + BOTTOM
 
 
@@ -213,10 +213,14 @@ class FigureLayout:
 def figure(
     contents: Contents, *, width: str | float = "page", dark: bool = False, ax: Axes | Sequence[Axes] | None = None
 ) -> Figure:
-    """Return a picture, or draw into the caller's axes: one for each panel, or a single one for the first panel.
+    """Return a new picture; if `ax` is given, draw into these axes instead, and return their figure.
+
+    The caller gives either one of the axes for each panel, or a single one, which shows only the first
+    panel.
 
     Raises:
-        UsageError: no matplotlib, an invalid width, an empty window, nothing to show, or too few axes.
+        UsageError: no matplotlib, an invalid width, an empty window, nothing to show, or a wrong number of
+            axes.
     """
     if contents.stop <= contents.start or not (contents.tracks or contents.traces):
         raise UsageError(f"{contents.title}: nothing to draw: the picture spans no time, or has no axis and no pin")
@@ -294,7 +298,10 @@ def _draw_into(layout: FigureLayout, ax: Any, colours: Palette) -> Figure:
 
 
 def _draw(made: Sequence[Axes], layout: FigureLayout, colours: Palette, whole: bool) -> None:
-    """Draw all panels, or only the first if `made` has only one element; `whole` is False for the caller's axes."""
+    """Draw all panels into the axes `made`, or only the first panel if `made` has only one element.
+
+    `whole` is False if the axes are the caller's.
+    """
     from matplotlib.ticker import FuncFormatter, MaxNLocator
 
     contents, axis = layout.contents, layout.axis
@@ -326,7 +333,7 @@ def _draw(made: Sequence[Axes], layout: FigureLayout, colours: Palette, whole: b
 
 # -------------------------------------------------------------------------------------------------------- description
 def description_of(picture: Figure) -> str:
-    """Return a sentence or two that describe a picture, for readers who cannot see it."""
+    """Return a sentence or two that describe a picture, for readers who cannot see it; "" if there are none."""
     return str(getattr(picture, "description", ""))
 
 

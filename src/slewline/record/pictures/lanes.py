@@ -41,7 +41,8 @@ def draw_lanes(
     """Draw traces into a panel, the first one on top.
 
     Args:
-        names: the names next to the lanes; None if the names are in the panel, each above its lane.
+        names: the names to write next to the lanes; None to write the name of each trace in the panel, above
+            its lane.
     """
     share = 1.0 if names is not None else LANE / NAMED_LANE
     rows = range(len(traces))
@@ -106,7 +107,7 @@ def _draw_trace(
 
 
 def _stripes(panel: Axes) -> int:
-    """Return the number of separate lines that a panel can show."""
+    """Return the number of vertical lines that can be distinguished in a panel; at most STRIPES."""
     across = panel.get_position().width * panel.get_figure(root=True).get_figwidth()  # type: ignore[union-attr]
     return min(max(int(STRIPES_PER_INCH * across), 1), outlines.STRIPES)
 
@@ -114,7 +115,7 @@ def _stripes(panel: Axes) -> int:
 def _draw_differing(
     panel: Axes, name: str, stretches: NDArray[np.int64], axis: TimeAxis, colours: Palette, base: float, high: float
 ) -> None:
-    """Mark stretches by shading and by a tick below the lane, which is visible however short the stretch is."""
+    """Mark stretches with shading and with ticks below the lane; the ticks show even the shortest stretch."""
     import numpy as np
     from matplotlib.collections import PolyCollection
 
@@ -131,7 +132,7 @@ def _draw_differing(
 
 
 def boxes(ends: Any, base: float, high: float) -> list[list[tuple[float, float]]]:
-    """Return the corners of boxes: each from a start to an end in `ends`, (n, 2), and from `base` up by `high`."""
+    """Return the corners of boxes from each start to the end in `ends`, (n, 2), and from `base` up by `high`."""
     return [[(a, base), (b, base), (b, base + high), (a, base + high)] for a, b in ends]
 
 
@@ -147,9 +148,9 @@ def _draw_floating(panel: Axes, times: Any, levels: Any, color: str, middle: flo
 def _draw_bus(
     panel: Axes, times: Any, levels: Any, colours: Palette, base: float, high: float, span: float, over: bool = False
 ) -> None:
-    """Draw boxes, with their bytes if there is room for them, and a line at mid-height where the bus floats.
+    """Draw hexagons, with their bytes where there is room, and a line at mid-height where the bus floats.
 
-    For a trace over another one, draw only the outlines.
+    For a trace that is drawn over another one (`over`), draw only the outlines.
     """
     from matplotlib.collections import PolyCollection
 

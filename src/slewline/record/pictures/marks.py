@@ -23,10 +23,11 @@ URGENT = {"finding": 0, "limit": 1, "home": 2, "command": 3}
 
 @dataclass(frozen=True, slots=True)
 class Flag:
-    """A positioned mark: `at` is in units of the time axis; row 0 is the lowest, and None means no room for the text.
+    """A mark above the panels, with its text if there is room for it.
 
-    A flag that is not `shown` would cover the text of another.  At the right end, text is placed to the left of its
-    flag.
+    `at` is in units of the time axis; row 0 is the lowest, and row None means that there is no room for the
+    text.  A flag is not `shown` if it would cover the text of another.  At the right end of the panels, the
+    text is to the left of its flag (`leftwards`).
     """
 
     at: float
@@ -38,10 +39,10 @@ class Flag:
 
 
 def flags_of(tracks: Sequence[Track], axis: TimeAxis, width: float) -> list[Flag]:
-    """Return the flags of events in the window, leaving out flags that would hide others.
+    """Return the flags of events in the window, without any flag that is too close to another of its kind.
 
-    A command that begins a motion takes precedence over another command, such as one that loads a register
-    just before it.
+    Of two commands, one that begins a motion takes precedence over one that does not, such as one that loads
+    a register just before it.
 
     Args:
         width: the width of the panels, inches.
@@ -87,8 +88,10 @@ def rows_of(flags: Sequence[Flag]) -> int:
 def draw_flags(panels: Sequence[Axes], flags: Sequence[Flag], colours: Palette, above: float) -> None:
     """Draw flags above the first panel, and a line from each flag down through all panels.
 
+    With more than LINES flags, flags of commands have no lines.
+
     Args:
-        above: the height of the lowest row above the panel, inches.
+        above: the height of the lowest row of flags above the first panel, inches.
     """
     color = {"command": colours.command, "home": colours.home}
     for flag in flags:
@@ -112,10 +115,10 @@ def draw_flags(panels: Sequence[Axes], flags: Sequence[Flag], colours: Palette, 
 
 # ------------------------------------------------------------------------------------------------------------- phases
 def phases_of(tracks: Sequence[Track], axis: TimeAxis, width: float) -> list[tuple[float, float, str]]:
-    """Return the phases in the window, in units of the time axis, if all tracks have the same phases.
+    """Return the start, end and name of each phase in the window, in units of the time axis.
 
-    If most of them are too short for their names, in panels `width` inches wide, return none: they would only be
-    stripes.
+    Return [] unless all tracks have the same phases, and also if most phases are too short for their names
+    in panels `width` inches wide: they would only be stripes.
     """
     several = {
         tuple((begin - track.zero, end - track.zero, text) for begin, end, text in track.phases) for track in tracks
@@ -131,7 +134,7 @@ def phases_of(tracks: Sequence[Track], axis: TimeAxis, width: float) -> list[tup
 def draw_phases(
     panels: Sequence[Axes], phases: Sequence[tuple[float, float, str]], axis: TimeAxis, colours: Palette, width: float
 ) -> None:
-    """Shade every second phase of a motion in all panels, and name them above the first panel where there is room."""
+    """Shade every second phase of a motion in all panels; name all phases above the first panel if they fit."""
     per_inch = _per_inch(axis, width)
     index, last = 0, float("nan")
     for begin, end, text in phases:
@@ -149,18 +152,18 @@ def draw_phases(
 
 
 def _need(text: str) -> float:
-    """Return the width of a phase name, in inches."""
+    """Return the width that a phase name needs, in inches."""
     return 0.04 + LETTER * len(text)
 
 
 def _per_inch(axis: TimeAxis, width: float) -> float:
-    """Return the time per inch, in units of the time axis."""
+    """Return the time that one inch of the panels represents, in units of the time axis."""
     return float(axis.scaled(axis.stop) - axis.scaled(axis.start)) / width
 
 
 # ------------------------------------------------------------------------------------------------------------ cursors
 def draw_cursors(panels: Sequence[Axes], cursors: Sequence[int], axis: TimeAxis, colours: Palette) -> None:
-    """Draw instants as lines through all panels, numbered from 1."""
+    """Draw cursors, which are instants (ps), as lines through all panels, numbered from 1."""
     for number, cursor in enumerate(cursors, 1):
         at = float(axis.scaled(cursor))
         for panel in panels:

@@ -1,13 +1,14 @@
-"""Axis quantities that are derived from measured steps, and drawn over the model's in a picture.
+"""Axis quantities that are derived from measured steps, and drawn over those of the model in a picture.
 
     position            ____         velocity     _________
               _________|                         |         |____
        ______|         .          ______.________|         .    .
       0      1         2    steps       0        1         2    3
 
-A measured step has only its start time: the velocity is 1 / interval up to the next step, and it is unknown before the
-first step and after the last.  An interval in which the direction changes is a rest, and so is an interval that is more
-than REST times as long as an adjacent one: no ramp decelerates that much from one step to the next.
+Of a measured step, only the start is known: the velocity is 1 / interval up to the next step, and it is
+unknown before the first step and after the last.  An interval in which the direction changes is a rest,
+and so is an interval that is more than REST times as long as an adjacent one: no ramp decelerates that
+much from one step to the next.
 """
 
 from __future__ import annotations
@@ -28,7 +29,10 @@ REST = 10
 
 
 class Measured(Quantity):
-    """A quantity with values at some instants, (n,) int64 ps; each value holds until the next; NaN before the first."""
+    """A quantity with values at some instants, (n,) int64 ps.
+
+    Each value holds until the next one; before the first, the quantity is NaN.
+    """
 
     is_staircase = True
 
@@ -53,7 +57,7 @@ class Measured(Quantity):
 
 
 def velocity(steps: Steps) -> Measured:
-    """Return the velocity of measured steps, steps/s: 1 / interval, 0 in a rest, NaN after the last step."""
+    """Return the velocity of measured steps, steps/s: ±1 / interval, 0 in a rest, NaN after the last step."""
     import numpy as np
 
     lasts = np.diff(steps.times_ps)
@@ -72,7 +76,7 @@ def position(steps: Steps) -> Measured:
 
 
 def track(name: str, steps: Steps, begins: int) -> Track:
-    """Return measured steps as a track in a picture, with the first step at the instant `begins` (ps).
+    """Return measured steps as a track, with the first step at the instant `begins` (ps) of the picture.
 
     Raises:
         UsageError: there are no steps, or their times are not in ascending order.

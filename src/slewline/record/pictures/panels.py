@@ -1,7 +1,7 @@
 """Curves in a picture: quantities of several axes and runs in one panel, over a common time axis.
 
-Tracks (tracks.py) of one quantity share a panel, unless one of them would appear as a flat line next to another; they
-then have separate panels.
+The curves of one quantity, from all tracks (tracks.py), share a panel; a curve is in another panel if
+it, or one of the others, would appear as a flat line there.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ PIECE = 250  # points of such a line, or of the area below it, drawn at a time
 
 
 def curves_of(tracks: Sequence[Track], axis: TimeAxis, columns: int) -> list[list[TrackCurve]]:
-    """Return the curves of each panel, by quantity; curves that would be flat next to others have separate panels."""
+    """Return the curves of each panel: curves of one quantity, none of which would be flat next to the others."""
     kinds: dict[tuple[str, str], list[TrackCurve]] = {}
     for number_, track in enumerate(tracks):
         start, stop = track.window(axis)
@@ -51,7 +51,7 @@ def _to_the_end(outline: Outline, stop: int) -> Outline:
 
 
 def _apart(curves: Sequence[TrackCurve]) -> list[list[TrackCurve]]:
-    """Return curves in groups that are legible in one panel."""
+    """Return the curves in groups, each of which is legible in one panel."""
     groups: list[list[TrackCurve]] = []
     for curve in curves:
         for group in groups:
@@ -67,21 +67,21 @@ def _apart(curves: Sequence[TrackCurve]) -> list[list[TrackCurve]]:
 
 
 def named_by_legend(tracks: Sequence[Track], panels: Iterable[Sequence[TrackCurve]]) -> list[int]:
-    """Return the track numbers in the legend: axes, and parts that share a panel; [] if there is only one."""
+    """Return the numbers of the tracks in the legend: axes, and parts that share a panel; [] if only one."""
     shared = {curve.number for curves in panels for curve in curves if len(curves) > 1}
     named = [number for number, track in enumerate(tracks) if not track.part or number in shared]
     return named if len(named) > 1 else []
 
 
 def heading(curves: Sequence[TrackCurve], several: bool) -> str:
-    """Return the quantity and unit of a panel; if `several` panels show this quantity, also the names of its tracks."""
+    """Return the heading of a panel: its quantity and unit and, if `several`, also the names of its tracks."""
     quantity = curves[0].quantity
     whose = f" of {', '.join(curve.track.name for curve in curves)}" if several else ""
     return f"{quantity.name.capitalize().replace('_', ' ')}{whose}, {POWERS.get(_power(curves), '')}{quantity.unit}"
 
 
 def still(curves: Sequence[TrackCurve]) -> bool:
-    """Return whether the curves are velocities that are always zero."""
+    """Return whether the curves of a panel are velocities that are always zero."""
     return curves[0].quantity.name == "velocity" and all(curve.reach == (0, 0) for curve in curves)
 
 
@@ -100,12 +100,14 @@ def draw_curves(
     named: Collection[int],
     beside: bool,
 ) -> None:
-    """Draw the curves of a panel, with the first track's on top.
+    """Draw the curves of a panel, with the first track's curve on top.
 
     Args:
         height: the height of the panel, inches.
-        named: the numbers of the tracks in the legend, if any, which are distinguished by line style and colour.
-        beside: True if rate names are next to the panel, not above their lines.
+        named: the numbers of the tracks in the legend, if any, which are distinguished by line style and
+            colour.
+        beside: True if the names of rates are next to the panel, False if they are above the lines of the
+            rates.
     """
     for curve in reversed(curves):
         _draw_curve(panel, curve, axis, colours, curve.number in named, filled=len(curves) == 1)
@@ -154,9 +156,9 @@ def _draw_curve(panel: Axes, curve: TrackCurve, axis: TimeAxis, colours: Palette
 
 
 def _limits(curves: Sequence[TrackCurve], axis: TimeAxis, above: float) -> tuple[float, float]:
-    """Return the values at the lower and upper ends of a panel, which leave room for curves, rates and a margin.
+    """Return the lowest and the highest value on the axis of a panel, with room for curves, rates and a margin.
 
-    `above` is the share of the panel that a name above the highest rate takes up.
+    `above` is the share of the panel's height that a name above the highest rate takes up.
     """
     low, high = min(curve.reach[0] for curve in curves), max(curve.reach[1] for curve in curves)
     if curves[0].quantity.name == "velocity":
@@ -193,10 +195,10 @@ def _draw_scale(panel: Axes, power: int, height: float, whole: bool) -> None:
 # -------------------------------------------------------------------------------------------------------- kinds of line
 @cache
 def dense_line() -> type[Line2D]:
-    """Return the class of a line of thousands of points.
+    """Return the class of lines that have thousands of points.
 
-    Such a line is drawn in pieces, because the renderer sorts each path as a unit; each piece ends at the point where
-    the next begins, with round ends to avoid gaps.
+    Such a line is drawn in pieces, because the renderer sorts each path as a unit; each piece ends at the
+    point where the next begins, with round ends to avoid gaps.
     """
     import numpy as np
     from matplotlib.lines import Line2D
@@ -218,7 +220,7 @@ def dense_line() -> type[Line2D]:
 
 
 def time_grid(colours: Palette) -> LineCollection:
-    """Return lines at the ticks of the time axis, for a panel that has no other use for ticks.
+    """Return grid lines at the ticks of the time axis, for a panel that does not show these ticks itself.
 
     Ticks are the most expensive element of a picture: each consists of five artists and takes 2 ms.
     """
@@ -253,5 +255,5 @@ def draw_ideals(panel: Axes, curves: Sequence[TrackCurve], axis: TimeAxis, colou
 
 
 def columns_of(width: float) -> int:
-    """Return the number of columns of a panel that is `width` inches wide."""
+    """Return the number of columns to which curves are reduced for a panel that is `width` inches wide."""
     return round(width * 110)

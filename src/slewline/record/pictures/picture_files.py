@@ -21,11 +21,11 @@ QUICK: dict[str, Any] = {"png": {"pil_kwargs": {"compress_level": 3}}}  # a tent
 
 
 def save(figure: Figure, path: str | Path, title: str, description: str, dark: bool = False) -> None:
-    """Write a figure to a file in the format of its suffix; an existing file is replaced completely or not at all.
+    """Write a figure to a file in the format of its suffix; replace an existing file completely or not at all.
 
     Args:
         title: the title of the picture, as metadata (and for a screen reader, in an SVG).
-        description: a sentence or two that describe it, for readers who cannot see it.
+        description: a sentence or two that describe the picture, for readers who cannot see it.
 
     Raises:
         UsageError: an unknown suffix, or a path that cannot be written.
@@ -36,7 +36,7 @@ def save(figure: Figure, path: str | Path, title: str, description: str, dark: b
 
 
 def drawn(figure: Figure, kind: str, title: str, description: str, dark: bool = False) -> bytes:
-    """Return a figure as the bytes of a file; the other arguments are those of `save`.
+    """Return a figure as the bytes of a file; all arguments except `kind` are those of `save`.
 
     Args:
         kind: "svg", "png" or "pdf".
@@ -54,10 +54,10 @@ def drawn(figure: Figure, kind: str, title: str, description: str, dark: bool = 
 
 
 def show(figure: Figure) -> None:
-    """Show a figure in the current notebook, or in a window until the window is closed.
+    """Show a figure in the current notebook; without one, show it in a window until the window is closed.
 
     Raises:
-        UsageError: there is no screen for a window.
+        UsageError: matplotlib cannot open a window, for example because there is no screen.
     """
     shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
     if hasattr(shell, "kernel"):
@@ -78,6 +78,6 @@ def show(figure: Figure) -> None:
 
 
 def _described(svg: bytes, description: str) -> bytes:
-    """Return an SVG that a screen reader treats as one picture with a description."""
+    """Return an SVG with a description added, marked so that a screen reader treats it as one picture."""
     svg = svg.replace(b"<svg ", b'<svg role="img" ', 1)
     return svg.replace(b"</title>", b"</title>\n <desc>" + escape(description, quote=False).encode() + b"</desc>", 1)

@@ -1,4 +1,4 @@
-"""Rates in a velocity panel: dashed lines for the time during which they were in force, with their names."""
+"""Rates in a velocity panel: a named, dashed line for each rate, for the time during which it was in force."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ class Rate:
 def rates_of(curve: TrackCurve, axis: TimeAxis) -> Iterator[Rate]:
     """Yield the rates that were in force in the window.
 
-    A rate is in force from the start of its motion until the axis rests or another rate replaces it.  It is drawn on
-    the side that corresponds to the direction of motion.
+    A rate is in force from the start of its motion until the axis rests or other rates replace it.  Its sign
+    is the direction of the motion; a rate that was in force in both directions is yielded once for each.
     """
     import numpy as np
 
@@ -61,7 +61,10 @@ def rates_of(curve: TrackCurve, axis: TimeAxis) -> Iterator[Rate]:
 def draw_rates(
     panel: Axes, curves: Sequence[TrackCurve], axis: TimeAxis, colours: Palette, height: float, beside: bool
 ) -> None:
-    """Draw a dashed line at each rate while it was in force, with its name next to the panel (or above the line)."""
+    """Draw a dashed line at each rate while it was in force.
+
+    The name of a rate is written next to the panel, or above its line, as the last argument selects.
+    """
     import numpy as np
 
     parts: dict[tuple[float, str], list[NDArray[np.int64]]] = {}
@@ -84,7 +87,7 @@ def draw_rates(
 
 
 def _joined(spans: NDArray[np.int64], apart: int) -> NDArray[np.int64]:
-    """Return spans, (n, 2), sorted, and joined where the gap between two of them is at most `apart` wide."""
+    """Return sorted spans, (n, 2); spans between which the gap is at most `apart` (ps) are joined."""
     import numpy as np
 
     begins, ends = spans[np.argsort(spans[:, 0], kind="stable")].T
@@ -94,7 +97,10 @@ def _joined(spans: NDArray[np.int64], apart: int) -> NDArray[np.int64]:
 
 
 def _write_beside(panel: Axes, names: dict[float, list[str]], colours: Palette, height: float) -> None:
-    """Write rate names at the right end of a panel, moved apart to avoid overlap, as space permits."""
+    """Write the names of rates at the right end of a panel, moved apart so that they do not overlap.
+
+    If there is not enough room for all of them, leave out rates between the slowest and the fastest.
+    """
     low, high = panel.get_ylim()
     apart = (high - low) * RATE_HEIGHT / height
     shown = sorted(names)
@@ -116,12 +122,12 @@ def _write_beside(panel: Axes, names: dict[float, list[str]], colours: Palette, 
 
 
 def rate_text(names: Sequence[str], rate: float) -> str:
-    """Return the text next to a rate: "VEL = 65 536, 3 052 steps/s"."""
+    """Return the text next to a rate, such as "VEL = 65 536, 3 052 steps/s"."""
     return f"{_joint(names)}, {number(round(rate) if abs(rate) >= 100 else rate, 6)} steps/s"
 
 
 def _joint(names: Iterable[str]) -> str:
-    """Return the names of equal rates as one text, with thin spaces in their numbers."""
+    """Return the names of equal rates as one text, with thin spaces between the thousands of their numbers."""
     return re.sub(r"\b\d{5,}\b", lambda digits: number(int(digits[0])), ", ".join(names))
 
 

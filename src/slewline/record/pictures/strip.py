@@ -1,4 +1,4 @@
-"""The picture of one parameter: the values that pass or fail, and the path of a search among them.
+"""The picture of one parameter: the values that hold or fail, and the path of a search among them.
 
 holds   | | | |         | |    | | | | | | | |
 fails          | | | | |   | |                 value
@@ -29,9 +29,10 @@ ROW = 0.21  # inches, of one value that was tried
 
 @dataclass(frozen=True, slots=True)
 class StripPicture:
-    """Ascending values of one parameter, with pass or fail for each; the indices that a search tried, and its result.
+    """Ascending values of one parameter, whether each holds, and the indices of the values that a search tried.
 
-    There are at least two values, all of them above 0.
+    There are at least two values, all of them above 0.  `answer` is the index of the search's result; None
+    without a search.
     """
 
     title: str
@@ -59,7 +60,7 @@ def save_strip(picture: StripPicture, path: str | Path, width: str | float = "pa
     """Draw the picture to a file: SVG, PNG or PDF.
 
     Raises:
-        UsageError: another suffix, a path that cannot be written, or no matplotlib.
+        UsageError: a suffix of another format, a path that cannot be written, or no matplotlib.
     """
     check_suffix(path, SUFFIXES)
     save(draw(picture, width, dark), path, picture.title, picture.description, dark)

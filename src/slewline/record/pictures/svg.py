@@ -1,4 +1,4 @@
-"""Smaller SVG files: a picture consists mostly of staircases, each line of which needs one short number."""
+"""Smaller SVG files: a picture is mostly staircases, and each line of a staircase needs one short number."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ WHERE = re.compile(rb' ([xy])="(-?[0-9.]+)"')
 
 
 def compact(svg: bytes) -> bytes:
-    """Return the same drawing with short paths: coordinates rounded to a hundredth, each line given by its length.
+    """Return the same drawing with shorter paths: rounded to hundredths, each line relative to its start.
 
-    Equal dots share one style, and all text shares one font.
+    Equal dots share one style; all text shares one font definition if it is in a single font.
     """
     svg = UPRIGHT.sub(b"", PATH.sub(lambda found: b' d="%s"' % _shorter(found[1].decode()).encode(), svg))
     fonts = set(FONT.findall(svg))
@@ -33,7 +33,7 @@ def _once(found: re.Match[bytes]) -> bytes:
 
 
 def _shorter(path: str) -> str:
-    """Return the shortened data of a path of straight lines; data with a curve is unchanged."""
+    """Return the data of a path, shortened if all its lines are straight, otherwise unchanged."""
     words = path.split()
     if not {word for word in words if word.isalpha()} <= {"M", "L", "z"}:
         return path
@@ -63,12 +63,12 @@ def _hundredths(number: str) -> int:
 
 
 def _number(hundredths: int) -> str:
-    """Return a number in its shortest form: 7.13, .5, -.02."""
+    """Return a number of hundredths as the shortest decimal text: 713 as 7.13, 50 as .5, -2 as -.02."""
     sign, (whole, parts) = "-" * (hundredths < 0), divmod(abs(hundredths), 100)
     return f"{sign}{whole or ''}.{parts:02}".rstrip("0") if parts else f"{sign}{whole}"
 
 
 def _next(hundredths: int) -> str:
-    """Return a number as text to follow another number, separated from it by a blank or by its own minus sign."""
+    """Return hundredths as text that can follow another number: it begins with a blank or a minus sign."""
     text = _number(hundredths)
     return text if text.startswith("-") else f" {text}"

@@ -94,7 +94,7 @@ class Drawing:
         self.centres = [float(scale(list(cut)).mean()) for cut in scale.cuts]
 
     def draw(self, title: Sequence[str]) -> None:
-        """Draw the whole diagram; `title` has one line per element."""
+        """Draw the whole diagram; each element of `title` is one line of the title."""
         above = self.layout.height - 0.2
         for row, line in enumerate(reversed(title)):
             self._text(EDGE, above + NEXT * row, line, size=11, weight="bold", ha="left")
@@ -123,7 +123,11 @@ class Drawing:
 
     # ----------------------------------------------------------------------------------------------------------- lanes
     def _runs(self, signal: SignalEdges, since: int, until: int) -> Runs:
-        """Return the positions of the edges and of both ends of the known part, the level after each, and the bands."""
+        """Return positions, levels and bands of a signal in its known part, from `since` to `until` (ps).
+
+        The positions are those of the start, of each edge and of the end; there is a level after each but the
+        last.  A band is the indices of the first and the last position of a group of dense edges.
+        """
         import numpy as np
 
         start, stop = max(self.diagram.start, since), min(self.diagram.stop, until)
@@ -168,7 +172,7 @@ class Drawing:
         self._line(across, np.repeat(heights, 2), color, **how)
 
     def _over(self, lane: Lane, trace: Trace, foot: float) -> None:
-        """Draw a measured trace over a lane; stretches in which it differs are shaded, with a tick below each."""
+        """Draw a measured trace over a lane; shade the stretches in which the two differ, with a tick below each."""
         from matplotlib.collections import PolyCollection
 
         start, stop, alarm = self.diagram.start, self.diagram.stop, self.colours.alarm
@@ -191,7 +195,7 @@ class Drawing:
             self._line([a, a, b, b, a], [low, high, high, low, low], self.colours.measured, 0.9, **how)
 
     def _bus(self, lane: Lane, foot: float) -> None:
-        """Draw hexagons with values, a line at mid-height where the bus floats, and a band where there is no room."""
+        """Draw hexagons with values, a line at mid-height where the bus floats, and bands where changes are dense."""
         places, levels, bands = self._runs(lane.signal, -EVER, EVER)
         hidden = {n for first, last in bands for n in range(first, last)}
         color = self.colours.bus
@@ -215,7 +219,7 @@ class Drawing:
             self.axes.fill(across, _box(foot), facecolor=f"{color}60", edgecolor=color, linewidth=0.9)
 
     def _value(self, lane: Lane, value: int, end: int, a: float, b: float, foot: float) -> None:
-        """Write the value of a bus and its meaning, as space permits."""
+        """Write a bus value between `a` and `b`, with its meaning, as space permits; the value ends at `end` (ps)."""
         plain = f"{value:02X}"
         meant = lane.describe(value, end) if lane.describe else ""
         a, b = max(pairwise([a, *(at for at in self.centres if a < at < b), b]), key=lambda piece: piece[1] - piece[0])
@@ -230,7 +234,7 @@ class Drawing:
             self._text(a, foot + SWING + 0.06, meant, TINY, color=self.colours.bus, ha="left", bbox=box, zorder=6)
 
     def _words(self, lane: Lane, foot: float) -> None:
-        """Write decoded characters above a serial line, each as wide as its duration."""
+        """Write decoded characters above a serial line, each in a box as wide as the duration of the character."""
         for word in lane.words:
             a, b = self.scale([word.start, word.end]).tolist()
             a, b = max(a, self.scale.left - TAIL), min(b, self.scale.right + TAIL)
@@ -273,7 +277,7 @@ class Drawing:
         self._text(a + long + 0.08, y, note, color=colours.soft, ha="left")
 
     def _cut(self, place: float, ps: int) -> None:
-        """Draw a zigzag from top to bottom where a stretch is cut short, with the duration that is cut out."""
+        """Draw a zigzag from top to bottom where a stretch is cut short, with the duration that is cut out (`ps`)."""
         import numpy as np
 
         top, foot = self.layout.top + 0.05, BOTTOM - 0.04
@@ -322,6 +326,6 @@ def _box(foot: float) -> list[float]:
 
 
 def _round(ps: int) -> int:
-    """Return the longest of 1, 2, 5, 10 ... ps that is not longer than `ps`."""
+    """Return the longest of 1, 2, 5, 10, 20, 50 ... ps that is not longer than `ps`."""
     power = int(10 ** (len(str(ps)) - 1))
     return next(n * power for n in (5, 2, 1) if n * power <= ps)

@@ -20,14 +20,15 @@ class Track:
         quantities: the quantities to draw, one panel each.
         motions: the motions in the window, with the rates that were in force.
         marks: events, including findings.
-        phases: stretches with a label, start and end in ps.
-        ideals: the unquantized motions, drawn over the real ones, with the deviations from them.
+        phases: stretches, each with its start and end (ps) and its label.
+        ideals: the unquantized motions, drawn over the real ones, each with the deviation of the real motion
+            from it.
         zero: the instant of the run that is 0 in the picture, ps.
-        since, until: the first and the last known instant, ps.
-        over: True if the track was measured, and is drawn over the others.
-        words: the meanings of parameters, keyed by name, where they add to the name.
-        part: True if the track belongs to a part rather than an axis; the heading of its panel then names the part,
-            unless the panel is shared.
+        since, until: the first and the last known instant of the run, ps.
+        over: True if the track was measured, and is drawn over the other tracks.
+        words: the meanings of parameters, keyed by parameter name; only where the meaning adds to the name.
+        part: True if the track belongs to a part rather than an axis; the heading of its panel then names
+            the part, unless the panel is shared.
     """
 
     name: str
@@ -44,16 +45,16 @@ class Track:
     words: Mapping[str, str] = field(default_factory=dict)
 
     def called(self, rate: str) -> str:
-        """Return the name of a rate with its meaning: "R = 80 (rate)"."""
+        """Return the name of a rate with the meaning of its parameter, if `words` states one: "R = 80 (rate)"."""
         parameter, _, value = rate.partition(" = ")
         return f"{rate} ({self.words[parameter]})" if value and parameter in self.words else rate
 
     def rates(self) -> list[tuple[int, Mapping[str, float]]]:
-        """Return the sets of rates in force, each with the instant from which it was in force."""
+        """Return all sets of rates that were in force, each with the instant (ps) from which it was in force."""
         return [each for motion in self.motions for each in ((motion.time_ps, motion.rates), *motion.changes)]
 
     def window(self, axis: TimeAxis) -> tuple[int, int]:
-        """Return the window of a picture in the time of this run."""
+        """Return the start and end (ps) of the known part of a picture's window, in the time of this run."""
         start = max(axis.start + self.zero, self.since)
         return start, max(min(axis.stop + self.zero, self.until), start)
 
@@ -69,7 +70,7 @@ class TrackCurve:
 
     @property
     def ends(self) -> tuple[float, float]:
-        """The lowest and the highest value."""
+        """The lowest and the highest value, without the points of `rest_before`; (0, 0) if there are none."""
         import numpy as np
 
         values = self.outline.values[self.rest_before() :]
@@ -78,12 +79,12 @@ class TrackCurve:
 
     @property
     def reach(self) -> tuple[float, float]:
-        """The lowest and the highest value, including zero if pictures of the quantity do."""
+        """The lowest and the highest value, extended to zero if pictures of the quantity include zero."""
         low, high = self.ends
         return (min(low, 0.0), max(high, 0.0)) if self.from_zero else (low, high)
 
     def rest_before(self) -> int:
-        """Return the number of points before the register is first loaded, if the axis has not moved by then.
+        """Return the number of points before the register is first loaded; 0 if the axis has moved by then.
 
         Before it is loaded, a register may have any value, which must not flatten the curve of the motion.
         """

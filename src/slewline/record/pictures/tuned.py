@@ -1,10 +1,10 @@
-r"""The picture of a tuned ramp: the results in the grid, torque against its limit, and the lag of the rotor.
+r"""The picture of a tuned ramp: the results in the grid, torque and its limit, and the lag of the rotor.
 
     v |. . x x        T |\_ pull-out       lag |    _
       |. * x x          | o\_               |  _/ \_ _
       |_______ a        |_o___\__ rate      |_/_____v__ time
 
-The torque curve is only a guide; the points in the map were simulated.
+The torque curve is only a guide; the points in the grid were simulated.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class GridMap:
 
 @dataclass(frozen=True, slots=True)
 class Demand:
-    """The demand of a ramp: rates, (n,) steps/s, and torques, (n,) N m, one point per step."""
+    """The torque that a ramp demands: rates, (n,) steps/s, and torques, (n,) N m, one point per step."""
 
     name: str
     rates: NDArray[np.float64]
@@ -55,7 +55,10 @@ class Demand:
 
 @dataclass(frozen=True, slots=True)
 class TorqueCurve:
-    """Pull-out torque over rate, (n,) steps/s and N m, its extremes under perturbations, and the resonance, Hz."""
+    """The pull-out torque, (n,) N m, at rates, (n,) steps/s, and its extremes under perturbations.
+
+    `resonance` is in Hz; `demands` are the torques that ramps demand.
+    """
 
     rates: NDArray[np.float64]
     torques: NDArray[np.float64]
@@ -77,7 +80,7 @@ class LagCurve:
 
 @dataclass(frozen=True, slots=True)
 class TuningPicture:
-    """All elements of the picture; without a map if the grid has only one cell."""
+    """All elements of the picture; `grid` is None if the grid has only one cell."""
 
     title: str
     grid: GridMap | None
@@ -86,7 +89,7 @@ class TuningPicture:
 
     @property
     def description(self) -> str:
-        """A text description of the picture."""
+        """A description of the picture as text."""
         found = []
         if self.grid is not None:
             states = [state for row in self.grid.states for state in row]

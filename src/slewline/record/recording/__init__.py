@@ -1,1 +1,1 @@
-"""The recorded history of nets, reduced for pictures and written as columns."""
+"""The history of nets: recording it, reducing it for pictures, and writing it to files as columns."""

@@ -4,7 +4,8 @@
     1200000,x.db,z                                 5300000,x,1,1,42
     1200000,x.slew,0                               5300000,y,1,-1,7
 
-Lines end with LF.  A level is 0 or 1, on a bus 0 to 255, and z where it floats; a direction is 1 or -1.
+Lines end with LF.  A level is 0 or 1, on a bus 0 to 255, and z where the net floats; a direction is 1 or
+-1.
 """
 
 from __future__ import annotations

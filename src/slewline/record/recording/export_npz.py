@@ -18,7 +18,7 @@ def edge_columns(nets: Mapping[str, Probe], recorder: Recorder, start: int, stop
     """Return the edges of some nets in start <= t <= stop (ps), keyed as "x.slew.times_ps" and "x.slew.levels".
 
     Returns:
-        Times, (n,) int64 ps, ascending; and levels, (n,), as from `Recorder.edges`.
+        For each net, times, (n,) int64 ps, ascending; and levels, (n,), as from `Recorder.edges`.
 
     Raises:
         NotRecorded: a net is not recorded, or its past is no longer kept that far back.

@@ -1,7 +1,8 @@
-"""The reduced trace of a pin for a picture: lines where edges can be distinguished, and bands where they cannot.
+"""The reduced trace of a pin for a picture: lines where edges can be distinguished, otherwise bands.
 
-An hour of PULSE has 70 million edges, of which a picture shows a few hundred: only the first edges in each stripe of
-the picture are read from a log, which is expanded only at the end of a band.
+An hour of PULSE has 70 million edges, of which a picture shows a few hundred: in each stripe of the
+picture, only the first edges are read from the log, one by one; the log is expanded into arrays only to
+find the last edge of a band.
 """
 
 from __future__ import annotations
@@ -27,8 +28,8 @@ DENSE = 2  # with more edges in a stripe, a trace is a band
 def edges(recorder: Recorder, probe: Probe, start: int, stop: int) -> Edges:
     """Return as many of the recorded edges in start < t <= stop (ps) as a picture needs.
 
-    In a stripe with more than DENSE edges, these are only the first ones and, if a band ends in the stripe, the
-    last one; from these edges, `logic` returns the same result as from all edges.
+    Of a stripe with more than DENSE edges, these are only the first DENSE + 1 and, if a band ends in the
+    stripe, the last one; from these edges, `logic` returns the same result as from all edges.
 
     Raises:
         NotRecorded, TimeError: as for `Recorder.edges`.
@@ -53,7 +54,10 @@ def edges(recorder: Recorder, probe: Probe, start: int, stop: int) -> Edges:
 
 
 def _last_edge(recorder: Recorder, probe: Probe, start: int, stop: int, width: int) -> tuple[int, int]:
-    """Return the last edge in a window that has at least one; search the last `width` ps first, then further back."""
+    """Return the time and level of the last edge in a window (ps) that contains at least one.
+
+    The last `width` ps of the window are searched first, then longer and longer parts.
+    """
     times, levels = recorder.edges(probe, max(start, stop - width), stop)
     while not len(times):
         width *= 4
@@ -77,12 +81,14 @@ def logic(
         times, levels: the edges, (n,) int64 ps and (n,).
         level: the level before the first edge.
         start, stop: the window, ps.
-        since, until: the known part of the trace (ps), if not all of the window; nothing is drawn outside.
-        stripes: the number of stripes, at most STRIPES, the number for a page; fewer in a narrow picture.
+        since, until: the known part of the trace (ps), if not all of the window; nothing is drawn outside
+            it.
+        stripes: the number of stripes into which the window is divided; None for STRIPES, the greatest
+            number, which suits a page.
 
     Returns:
-        Instants, (m,) int64, and the levels from each to the next, (m,) float64, NaN within a band; and the bands, (k,
-        2) int64.
+        The line: instants, (m,) int64 ps, and the level from each to the next, (m,) float64, NaN within a
+        band; and the starts and ends of the bands, (k, 2) int64 ps.
     """
     import numpy as np
 

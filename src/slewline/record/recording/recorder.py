@@ -1,14 +1,15 @@
 """The recorder: the history of a net, stored as it was driven, expanded into edges on request.
 
-A net's log is a list of (instant, level or promise) entries, and an entry holds until the next one.  So a million steps
-of an endless move are one entry, and edges are expanded only for the window requested:
+A net's log is a list of entries (instant, level or promise), each of which holds until the next; a
+promise computes future levels.  So a million steps of an endless move are one entry, expanded only for
+the window requested:
 
     log      (0, 1)      (5 µs, promise of a train)           (9 µs, 0)
     net      1111111111111111|_|1|_|1|_|1|_|1|_|1|____________________________
     edges                    ^ ^ ^ ^ ^ ^ ^ ^ ^ ^ ^
 
-Rules of this file: nothing after the last committed instant is read; the level at the start of a log is not an edge.
-Levels are 0 and 1, on a bus 0 to 255, and FLOATING where nothing drives and nothing pulls.
+Rules of this file: nothing after the last committed instant is read; the level at the start of a log is
+not an edge.  Levels are 0 and 1, on a bus 0 to 255, and FLOATING where nothing drives and nothing pulls.
 """
 
 from __future__ import annotations
@@ -59,7 +60,8 @@ LONGEST_CHUNK_PS = 10**12  # limits the cost of a burst after a long silence
 class EdgeLog(list[tuple[int, Any]]):
     """The log entries of a net.
 
-    With `keep_ps`, entries older than that are dropped whenever the list has doubled since the last time.
+    Unless `keep_ps` is None, entries older than `keep_ps` are dropped whenever the length of a long log has
+    doubled since they were last dropped.
     """
 
     __slots__ = ("full", "keep_ps")
@@ -74,20 +76,20 @@ class EdgeLog(list[tuple[int, Any]]):
         self.full = sys.maxsize if keep_ps is None else TRIM_FROM
 
     def append(self, entry: tuple[int, Any]) -> None:
-        """Add the newest entry (called by the net)."""
+        """Add the newest entry (called by the net); trim the log if it has become too long."""
         super().append(entry)
         if len(self) > self.full:
             self.trim(entry[0])
 
     def trim(self, now: int) -> None:
-        """Drop entries older than the time to keep, except the last, which gives the level before the next edge."""
+        """Drop entries older than the time to keep, except the last of them, which holds until the next entry."""
         if self.keep_ps is not None:
             del self[: max(bisect_left(self, (now - self.keep_ps,)) - 1, 0)]
             self.full = max(2 * len(self), TRIM_FROM)
 
 
 class TextLog:
-    """The texts that a hook reports after the log was created; only the last text of each instant is kept."""
+    """The texts that a hook reports after this log is created; only the last text of each instant is kept."""
 
     def __init__(self, kernel: Kernel, hook: Hook[[str]], keep_ps: int | None) -> None:
         self.kernel, self.log = kernel, EdgeLog(keep_ps)
@@ -95,7 +97,7 @@ class TextLog:
         hook.add(self.note)
 
     def note(self, text: str) -> None:
-        """Record a text for the current instant."""
+        """Record a text for the current instant, unless it repeats the previous text."""
         now = self.kernel.now
         if self.log[-1][0] == now:
             self.log[-1] = now, text
@@ -111,9 +113,9 @@ class Recorder:
     """A recorder of nets that answers queries about their past."""
 
     def record(self, probe: Probe, keep_ps: int | None = None) -> None:
-        """Start recording a net: keep the last `keep_ps` of its past or, with None, all of it.
+        """Start recording a net: keep the last `keep_ps` (ps) of its past, or all of it if `keep_ps` is None.
 
-        Recording of a net that is already recorded continues with the new `keep_ps`.
+        If the net is already recorded, recording continues with the new `keep_ps`.
         """
         net = net_of(probe)
         if isinstance(net.log, EdgeLog):
@@ -125,7 +127,7 @@ class Recorder:
             net.follow()  # several drivers: only the net itself can combine their promises
 
     def since(self, probe: Probe) -> int:
-        """Return the first instant (ps) that can be queried.
+        """Return the first instant (ps) for which a recorded net can be queried.
 
         Raises:
             NotRecorded: the net is not recorded.
@@ -141,7 +143,7 @@ class Recorder:
         return log
 
     def level(self, probe: Probe, ps: int) -> int:
-        """Return the level at an instant (ps), after any edge at that instant; FLOATING if nothing drives the net.
+        """Return the level at an instant (ps), after any edge there; FLOATING if nothing drives or pulls the net.
 
         For an instant after the last committed one, return the level at the last committed instant.
 
@@ -155,11 +157,12 @@ class Recorder:
     def edges(self, probe: Probe, start: int, stop: int) -> Edges:
         """Return the edges in start <= t <= stop (ps), up to the last committed instant.
 
-        There is at most one per instant, and each is a real change.
+        There is at most one edge per instant, and at each edge the level really changes.
 
         Returns:
-            Times, (n,) int64 ps, ascending; and the levels after the edges, (n,) int8, FLOATING where nothing drives.
-            On a bus, the levels are int16, 0 to 255; an undriven bus wire reads 1, unless all are undriven.
+            Times, (n,) int64 ps, ascending; and the levels after the edges, (n,) int8, FLOATING where nothing
+            drives or pulls the net.  On a bus, the levels are int16, 0 to 255; an undriven wire reads 1, unless
+            all are undriven.
 
         Raises:
             NotRecorded: the net is not recorded, or its past is no longer kept that far back.
@@ -174,7 +177,7 @@ class Recorder:
         return real_edges(*_expanded(probe, log[first:last], start, stop), before)
 
     def each_edge(self, probe: Probe, start: int, stop: int) -> Iterator[tuple[int, int]]:
-        """Yield the edges of `edges` one by one, time (ps) and level, for callers that need only a few.
+        """Yield the same edges as `edges`, one by one, as time (ps) and level, for callers that need only a few.
 
         Raises:
             NotRecorded, TimeError: as for `edges`.
@@ -196,7 +199,7 @@ class Recorder:
                 time = ask_at(what.after(time)) if _promised(what) else None
 
     def _window(self, probe: Probe, start: int, stop: int) -> tuple[EdgeLog, int]:
-        """Return the log for a window, and the end of the window, which is at most the last committed instant."""
+        """Return the log of a net, and `stop` (ps) or the last committed instant, whichever is earlier."""
         log = self._log(probe, start)
         stop = min(stop, net_of(probe).kernel.seen)
         if stop >= 1 << 63:
@@ -217,14 +220,14 @@ class Recorder:
 def chunks(expand: Sequence[Callable[[int, int], Any]], start: int, stop: int, unit: int = 1) -> Iterator[list[Any]]:
     """Yield the changes in start <= t <= stop window by window, since an array for an hour would be too large.
 
-    The length of a window depends on the density of changes in the previous one.  All windows but the last end
-    1 ps before a multiple of `unit` (ps).
+    For each window, the list has the result of each function.  The length of a window depends on the density
+    of changes in the previous one.  All windows but the last end 1 ps before a multiple of `unit` (ps).
 
     Args:
         expand: functions of a window (start, stop), such as the edges of a net; each returns times and
             values.
         start, stop: ps, not after the last committed instant.
-        unit: ps.
+        unit: the time, ps, at a multiple of which every window after the first begins.
     """
     length = FIRST_CHUNK_PS
     while start <= stop:
@@ -237,7 +240,7 @@ def chunks(expand: Sequence[Callable[[int, int], Any]], start: int, stop: int, u
 
 
 def net_of(probe: Probe) -> Net:
-    """Return the net of a pin, or the net itself."""
+    """Return the net of a probe: that of a pin or of `Wires`, or the net itself."""
     return probe if isinstance(probe, Net) else probe.net
 
 
@@ -252,7 +255,7 @@ def _promised(what: Any) -> bool:
 
 
 def _present(net: Net) -> Any:
-    """Return the current state of a net: a promise if one driver alone determines the level, otherwise the level."""
+    """Return the state of a net: the promise of its driver if only one drives it and has one, else the level."""
     driving = [driver for driver in net.drivers if driver.promise is not None or driver.level is not None]
     if len(driving) == 1 and driving[0].promise is not None:
         return driving[0].promise
@@ -264,7 +267,7 @@ def _level(what: Any, ps: int) -> Any:
 
 
 def _code(probe: Probe, level: Any) -> int:
-    """Return a level as a number in the arrays; if it is None, the tie of the net, or else its pull, determines it."""
+    """Return the number for a level in arrays; if it is None, for the tie of the net or, without one, its pull."""
     net = net_of(probe)
     if level is None:
         level = net.tie if net.tie is not None else net.pull
@@ -281,7 +284,7 @@ def _code(probe: Probe, level: Any) -> int:
 
 
 def columns(probe: Probe, times: Any, levels: Any) -> Edges:
-    """Return times and levels, as two lists (from log entries) or two arrays, as the arrays of edges."""
+    """Return times and levels, given as two lists (from log entries) or two arrays, as arrays of edges."""
     import numpy as np
 
     dtype: Any = np.int8 if width_of(probe) == 1 else np.int32 if isinstance(probe, Wires) else np.int16
@@ -293,7 +296,7 @@ def columns(probe: Probe, times: Any, levels: Any) -> Edges:
 
 
 def _expanded(probe: Probe, entries: Sequence[tuple[int, Any]], start: int, stop: int) -> Edges:
-    """Return the edges of some entries in start <= t <= stop; the first entry may begin much earlier."""
+    """Return the edges in start <= t <= stop of some log entries; the first may begin long before `start`."""
     import numpy as np
 
     sinces, whats = [since for since, _ in entries], [what for _, what in entries]
@@ -327,7 +330,7 @@ def _expanded(probe: Probe, entries: Sequence[tuple[int, Any]], start: int, stop
 
 
 def real_edges(times: NDArray[np.int64], levels: Levels, before: int) -> Edges:
-    """Return the edges that are changes: the last of equal times, and the first of equal consecutive levels.
+    """Return the edges that are changes: of equal times, the last; of consecutive equal levels, the first.
 
     Args:
         times: (n,) int64 ps, ascending; equal times are allowed.

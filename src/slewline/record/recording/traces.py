@@ -1,4 +1,4 @@
-"""The trace of one pin in a picture: that of a recorded pin, or of a signal in a file."""
+"""The trace of one pin in a picture: the trace of a recorded pin, or of a signal in a file."""
 
 from __future__ import annotations
 
@@ -20,11 +20,14 @@ EVER = 1 << 62
 
 @dataclass(frozen=True, slots=True)
 class Trace:
-    """The edges of one pin, as returned by Recorder.edges, and the level before the first; a bus shows its bytes.
+    """The edges of one pin or bus, as returned by Recorder.edges, and the level before the first edge.
+
+    A bus is shown by its bytes.
 
     Args:
         since, until: the known part, ps; nothing is drawn before or after it.
-        tolerance_ps: differences from the trace below, up to this length, are not marked.
+        tolerance_ps: for a measured trace: its differences from the model's trace, up to this length, are
+            not marked.
         over: the measured trace of the same pin: it is drawn over this trace, and differences are marked.
     """
 
@@ -59,7 +62,10 @@ class Trace:
         return replace(self, times_ps=self.times_ps + by, since=self.since + by, until=self.until + by, over=over)
 
     def within(self, start: int, stop: int) -> Trace:
-        """Return the part of a trace in a window (ps), for a trace from a file, which has no window."""
+        """Return the trace with only its edges in start < t <= stop (ps).
+
+        This is for a trace from a file, which has all edges of the file.
+        """
         import numpy as np
 
         first, last = np.searchsorted(self.times_ps, (start, stop), side="right").tolist()
@@ -67,7 +73,7 @@ class Trace:
         return replace(self, times_ps=self.times_ps[first:last], levels=self.levels[first:last], level=level)
 
     def levels_at(self, times_ps: Sequence[int]) -> list[int]:
-        """Return the levels at some instants (ps), after any edges there; FLOATING where unknown."""
+        """Return the levels at some instants (ps), after any edges there; FLOATING outside the known part."""
         import numpy as np
 
         at = np.array(times_ps, np.int64)

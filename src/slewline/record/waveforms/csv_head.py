@@ -54,8 +54,10 @@ _NUMBER = re.compile(r"\s*[+-]?(?:\d+(?:[.,](\d*))?|[.,]\d+)([eE][+-]?\d+)?\s*")
 class CsvHead:
     """The information in the header of a table.
 
-    `columns` are the signal columns, keyed by name; `time` is the column of times, None if rows are one `period` apart.
-    Times are in units of `factor` ps, with a resolution of `unit` ps.
+    `columns` are the numbers of the signal columns, keyed by signal name; `time` is the number of the column
+    of times, None if there is none: rows are then `factor` ps apart.  Times are in units of `factor` ps,
+    with a resolution of `unit` ps.  `marks` is the number of delimiters in a row; `rate` is the sampling
+    rate, Hz, if it is stated.
     """
 
     delimiter: str = ","
@@ -69,7 +71,10 @@ class CsvHead:
 
 
 class HeadLines(NamedTuple):
-    """The lines before the numbers, cell by cell; the channels that a comment names, and the first row of numbers."""
+    """The lines before the numbers, cell by cell; the channels named in a comment; the first row of numbers.
+
+    `sigrok` is True if a comment names libsigrok.
+    """
 
     texts: list[list[str]]
     channels: list[str]
@@ -82,11 +87,14 @@ def read_head(path: str, lines: list[str], timescale: int | None) -> CsvHead:
 
     Args:
         lines: the first lines of the file.
-        timescale: the unit of its times, or the time between two rows, ps; None if the file states it.
+        timescale: the unit of the file's times, or the time between two rows, ps; None if the file states
+            it.
 
     Raises:
-        WaveformError: there is no row of numbers.
-        UsageError: neither the file nor `timescale` states the time between rows, or the unit of the times.
+        WaveformError: there is no row of numbers, a number is without a column name, or there are too many
+            columns.
+        UsageError: there is no column of times, and neither the file nor `timescale` states the time between
+            rows.
     """
     head = CsvHead()
     texts, channels, first, sigrok = _preamble(path, head, lines)
@@ -119,7 +127,7 @@ def read_head(path: str, lines: list[str], timescale: int | None) -> CsvHead:
 
 
 def _preamble(path: str, head: CsvHead, lines: list[str]) -> HeadLines:
-    """Read the lines before the numbers; set the delimiter, the rate, and the first line of numbers in `head`."""
+    """Return the lines before the numbers; set the delimiter, the rate and the first line of numbers in `head`."""
     sigrok = False
     texts: list[list[str]] = []
     channels: list[str] = []
@@ -146,9 +154,10 @@ def _preamble(path: str, head: CsvHead, lines: list[str]) -> HeadLines:
 
 
 def _columns(signals: list[int], names: list[str], channels: list[str], own: list[list[str]]) -> dict[str, int]:
-    """Return the signal columns, keyed by name.
+    """Return the numbers of the signal columns, keyed by signal name.
 
-    Names are those in a channel comment, else of the columns if distinct, else in the preamble, else D0, D1 ...
+    Names are taken from a channel comment; without one, from the columns if these have distinct names,
+    otherwise from the preamble.  A signal without any name is D0, D1 ...
     """
     alike = len({names[n] for n in signals}) < len(signals) or all(_states_values(names[n]) for n in signals)
     if own and alike and not channels:
@@ -175,7 +184,7 @@ def _numbers(cells: list[str]) -> bool:
 
 
 def _beside(head: CsvHead, lines: list[str], begin: int) -> int:
-    """Return the number of rows with header cells at their left; move the start of the table to the first such row.
+    """Return the number of rows that begin with header cells; move the start of the table to the first of them.
 
     `begin` is the column at which the numbers begin.
     """
@@ -186,7 +195,10 @@ def _beside(head: CsvHead, lines: list[str], begin: int) -> int:
 
 
 def _rising(rows: list[str], delimiter: str, known: list[int]) -> int | None:
-    """Return the first column if it contains times: fractions that rise from row to row; None if not, or if alone."""
+    """Return the first column of numbers if it contains times, which are fractions that rise from row to row.
+
+    Return None if it does not contain times, or if it is the only column.
+    """
     at = [cells[known[0]].replace(",", ".") for row in rows if len(cells := _cells(row, delimiter)) > known[-1]]
     found = [float(cell) for cell in at if _NUMBER.fullmatch(cell)]
     rises = len(found) >= ENOUGH and all(one < other for one, other in pairwise(found))
@@ -194,7 +206,7 @@ def _rising(rows: list[str], delimiter: str, known: list[int]) -> int | None:
 
 
 def _split(cell: str) -> tuple[str, str]:
-    """Return a name and its unit: from "CH1 (V)", "t / s", "C1 in V"."""
+    """Return the name and the unit ("" if none) in a cell such as "CH1 (V)", "t / s" or "C1 in V"."""
     if (bracket := _UNIT.fullmatch(cell)) is not None:
         return bracket[1].strip(), bracket[2].strip()
     for mark in ("/", " in "):
@@ -210,7 +222,7 @@ def _states_values(cell: str) -> bool:
 
 
 def _names(texts: list[list[str]], count: int) -> tuple[list[str], list[str]]:
-    """Return the column names, and the column units if these are on a line of their own, otherwise []."""
+    """Return the column names, and the units of the columns if they are on a line of their own, otherwise []."""
     rows = [cells + [""] * (count - len(cells)) for cells in texts[-2:] if len(cells) > 1 or count == 1]
     if rows and all(_states_values(cell) or _NUMBER.fullmatch(cell) for cell in rows[-1]):
         return (rows[0] if len(rows) > 1 else rows[-1]), rows[-1]
@@ -218,7 +230,10 @@ def _names(texts: list[list[str]], count: int) -> tuple[list[str], list[str]]:
 
 
 def _increment(head: CsvHead, names: list[str], texts: list[list[str]]) -> None:
-    """Read the time between two samples from the "Increment" column, whose only value is in the units line."""
+    """Set the rate in `head` from the "Increment" column.
+
+    Its only value, the time between two samples, is in the line of the units.
+    """
     for n, name in enumerate(names):
         if name.lower() == "increment" and n < len(texts[-1]):
             head.rate = head.rate or _inverse(texts[-1][n])
@@ -232,7 +247,10 @@ def _inverse(text: str) -> Fraction | None:
 
 
 def _rate_of(cells: list[str]) -> Fraction | None:
-    """Return the rate (Hz) stated in a preamble line: "Sample Interval,4.0e-09", "Sample Rate,1 MHz"."""
+    """Return the rate (Hz) stated in a preamble line, such as "Sample Interval,4.0e-09" or "Sample Rate,1 MHz".
+
+    Return None if the line states no rate.
+    """
     key, value = cells[0].lower().rstrip(": "), next(filter(None, cells[1:]), "")
     if key in ("sample interval", "sampling period"):
         return _inverse(value)
@@ -246,7 +264,7 @@ def _time_column(names: list[str], units: list[str]) -> int | None:
 
 
 def _scale(head: CsvHead, heads: tuple[str, str], rows: list[str], sigrok: bool, timescale: int | None) -> None:
-    """Determine the unit of the times, and their resolution."""
+    """Set the unit of the times, and their resolution, in `head`."""
     units = [heads[1].strip("()[] "), _split(heads[0])[1], heads[0]]
     unit = next((TIMES[each.lower()] for each in units if each.lower() in TIMES), None)
     if timescale is not None:

@@ -1,8 +1,9 @@
 """Reads tables (CSV) of levels, as logic analysers export them, and of voltages, as oscilloscopes do.
 
-A row may be a change, or one of a million samples; a file is read in blocks, and only changes are kept.  Voltages
-become levels by a threshold with hysteresis, so that noise on a slow edge does not count as edges.  The threshold is
-the middle of the two voltages between which a signal switches, regardless of its spikes.
+A row may be a change, or one of millions of samples; a file is read in blocks, and only changes are
+kept.  Voltages become levels by a threshold with hysteresis, so that noise on a slow edge does not count
+as edges.  The threshold is the midpoint of the two voltages between which a signal switches; spikes do
+not affect it.
 """
 
 from __future__ import annotations
@@ -45,10 +46,11 @@ def read_csv(
     Args:
         path: the file, for messages.
         file: the same file, opened.
-        timescale: the unit of its times, or the time between two rows, ps; None if the file states it.
-        torn: ignore text after the last line end.
-        threshold_v: the voltage at and above which a level is 1; None for the midpoint between the two levels of each
-            signal.
+        timescale: the unit of the file's times, or the time between two rows, ps; None if the file states
+            it.
+        torn: True to ignore text after the last line end.
+        threshold_v: the voltage at and above which a level is 1; None for the midpoint between the two
+            levels of each signal.
 
     Raises:
         WaveformError: the content cannot be read; the message states the line.
@@ -67,7 +69,7 @@ def read_csv(
 
 
 def _plain(block: bytes) -> bytes:
-    """Return lines with line feeds as line ends, and without a byte order mark."""
+    """Return a block of text with line feeds as line ends, and without a byte order mark."""
     block = block.removeprefix(BOM)
     return block.replace(b"\r\n", b"\n").replace(b"\r", b"\n") if b"\r" in block else block
 
@@ -80,7 +82,10 @@ class TableRows:
         self.used = [*([head.time] if head.time is not None else []), *head.columns.values()]
 
     def __iter__(self) -> Iterator[tuple[int, NDArray[np.float64]]]:
-        """Yield, for each block, the number of lines before it, and its rows: the time, if any, then each signal."""
+        """Yield, for each block, the number of lines before it in the file, and its rows.
+
+        A row has the time, if there is a column of times, and then the value of each signal.
+        """
         self.file.seek(0)
         rest, number, skip = b"", self.head.lines, self.head.lines
         more = True
@@ -115,7 +120,7 @@ class TableRows:
             raise self._wrong(block, number) from None
 
     def _check_cells(self, block: bytes, number: int) -> None:
-        """Check that no row has more cells than the first row; a decimal comma would shift the cells."""
+        """Check that no row has more cells than the first row, as a row with decimal commas would have."""
         import numpy as np
 
         mark = self.head.delimiter.encode()
@@ -129,7 +134,10 @@ class TableRows:
                 raise self.error(number + int(row) + 1, line, what)
 
     def _wrong(self, block: bytes, number: int) -> WaveformError:
-        """Return the error for the first line without numbers."""
+        """Return the error for the first line of a block that lacks a number in a used column.
+
+        `number` is the number of lines before the block.
+        """
         for row, line in enumerate(block.split(b"\n"), number + 1):
             cells = line.decode("latin-1").split(self.head.delimiter)
             try:
@@ -140,14 +148,14 @@ class TableRows:
         return self.error(number + 1, block[:SHOWN], "expected rows of numbers")
 
     def error(self, number: int, line: bytes, what: str) -> WaveformError:
-        """Return an error that states the line."""
+        """Return an error that states the number of a line, the beginning of the line, and the fault."""
         return WaveformError(f"{self.path}, line {number}: {line[:SHOWN].decode('latin-1')!r}: {what}")
 
 
 def levels_in(
     table: TableRows, lowest: NDArray[np.float64], highest: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the low and high voltages between which each signal switches, without spikes: two (signals,) float64.
+    """Return the low and high voltages between which each signal switches, ignoring spikes: (signals,) float64.
 
     Args:
         lowest, highest: the extreme voltages of each signal, (signals,) V.
@@ -167,7 +175,9 @@ def levels_in(
 
 
 def _levels(seen: NDArray[np.int64]) -> tuple[int, int]:
-    """Return the most frequent level of a signal and its other level, without spikes: bins, the lower first.
+    """Return the bins of the two levels of a signal, lower first: its most frequent level and the other one.
+
+    Spikes are ignored.
 
     Args:
         seen: the number of samples in each bin, (BINS,).
@@ -183,7 +193,7 @@ def _levels(seen: NDArray[np.int64]) -> tuple[int, int]:
 
 
 class Thresholds:
-    """The voltages at and above which each signal is 1, and below which it is 0; between them, it keeps its level."""
+    """Two voltages per signal: it is 1 at and above the upper, 0 below the lower, and unchanged between them."""
 
     def __init__(self, low: NDArray[np.float64], high: NDArray[np.float64], given: float | None) -> None:
         import numpy as np
@@ -199,8 +209,9 @@ class Thresholds:
 class TableChanges:
     """The changes in a table, in the form that `Waveforms` needs.
 
-    `analog` is true if the table contains any value other than 0 and 1; `lowest` and `highest` are the extreme values
-    of each signal.  `rate` is the sampling rate, Hz, of rows at equal intervals.
+    `analog` is True if the table contains any value other than 0 and 1; `lowest` and `highest` are the
+    extreme values of each signal.  `rate` is the sampling rate, Hz, if the rows are at equal intervals,
+    otherwise None.
     """
 
     def __init__(self, head: CsvHead, table: TableRows, thresholds: Thresholds | None) -> None:
@@ -275,7 +286,7 @@ class TableChanges:
         self._last = levels[-1].copy()
 
     def series(self) -> dict[bytes, tuple[DeclaredVariable, NDArray[np.int64], NDArray[Any]]]:
-        """Return the changes, keyed by identifier: the variable, times, (n,) int64 ps, and values, (n,)."""
+        """Return the changes, keyed by signal identifier: its variable, times, (n,) int64 ps, and values, (n,)."""
         import numpy as np
 
         out: dict[bytes, tuple[DeclaredVariable, NDArray[np.int64], NDArray[Any]]] = {}

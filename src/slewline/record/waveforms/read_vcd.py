@@ -1,7 +1,7 @@
-"""A reader of value change dumps (IEEE 1364): our own, those of simulators, and those of logic analysers.
+"""A reader of value change dumps (IEEE 1364), written by slewline, simulators or logic analysers.
 
-A file is read in blocks, so that a long one needs little more memory than its edges.  Unreadable content is an error
-that states file, line and expected content; nothing is guessed.
+A file is read in blocks, so that a long file needs little more memory than its edges.  Content that
+cannot be read is an error that states the file, the line and the expected content; nothing is guessed.
 """
 
 from __future__ import annotations
@@ -69,10 +69,10 @@ def read_vcd(path: str | Path, *, timescale: Time | None = None, torn: bool = Fa
 
 
 def read_opened(path: str | Path, file: BinaryIO, unit: int | None, torn: bool) -> Waveforms:
-    """Return the waveforms in an open VCD file, or in the output of a program.
+    """Return the waveforms in an open VCD file, or in the VCD output of a program.
 
     Args:
-        path: the file, for messages.
+        path: the path of the file, for messages.
         unit: the unit of time (ps), for a file that does not declare one.
 
     Raises:
@@ -111,7 +111,7 @@ def _read(path: str, file: BinaryIO, unit: int | None, torn: bool) -> tuple[Head
 
 
 def _head(path: str, file: BinaryIO) -> bytes:
-    """Return the beginning of a file, with all its declarations."""
+    """Return the beginning of a file, up to at least the end of its declarations."""
     head = bytearray(file.read(BLOCK).removeprefix(BOM))
     if not head.strip():
         raise WaveformError(f"{path}: is empty; nothing was written, or the program that writes it has not finished")

@@ -32,21 +32,22 @@ def read_waveforms(
 ) -> Waveforms:
     """Return the waveforms in a file from a logic analyser, an oscilloscope or a simulator: VCD, CSV or .sr.
 
-    The content determines the format.  A PulseView or sigrok-cli session (.sr) is converted by sigrok-cli, which must
-    be installed.  A table has a column for each signal; its first column contains the times, unless the file states a
-    sample rate.  If there are times before the trigger, time 0 is the start of the recording.
+    The format is recognised by the content.  A PulseView or sigrok-cli session (.sr) is converted by
+    sigrok-cli, which must be installed.  A table (CSV) has a column for each signal; its first column
+    contains the times, unless the file states a sample rate.  If a table has times before the trigger, time
+    0 is the start of the recording.
 
     Args:
         path: the file.
-        timescale: the unit of time, for a file that does not declare one; for a table without times, the time between
-            two rows.
+        timescale: the unit of time, for a file that does not declare one; for a table without times, the
+            time between two rows.
         torn: accept a file that was cut off: text after its last line end is ignored.
-        threshold: for voltages, the value at and above which a level is 1, such as "1.4 V"; by default, for each
-            signal, the midpoint between its two levels, disregarding spikes.
+        threshold: for voltages, the value at and above which a level is 1, such as "1.4 V"; by default, for
+            each signal, the midpoint between its two levels, disregarding spikes.
 
     Raises:
-        UsageError: the file cannot be opened, is a session and sigrok-cli is not installed, or does not state the time
-            between its rows; or `threshold` is not a voltage.
+        UsageError: the file cannot be opened, is a session although sigrok-cli is not installed, or is a
+            table whose rows have no times and no known distance; or `threshold` is not a voltage.
         TimeError: `timescale` is not a time.
         WaveformError: the content cannot be read; the message states line, reason and remedy.
     """
@@ -67,10 +68,10 @@ def read_waveforms(
 
 
 def volts_of(threshold: str | float) -> float:
-    """Return a threshold in volts: from 1.4, "1.4 V" or "700 mV".
+    """Return a threshold such as 1.4, "1.4 V" or "700 mV" as a number of volts.
 
     Raises:
-        UsageError: it is not a voltage.
+        UsageError: `threshold` is not a voltage.
     """
     given = threshold.replace("v", "V") if isinstance(threshold, str) else threshold
     try:
@@ -84,7 +85,7 @@ def volts_of(threshold: str | float) -> float:
 
 
 def _is_table(beginning: bytes) -> bool:
-    """Return whether a file begins like a table; a VCD file begins with a declaration."""
+    """Return whether a file with the given beginning is a table; a VCD file begins with a declaration."""
     text = beginning.removeprefix(BOM).lstrip()
     if text.startswith(b"META "):
         text = text.partition(b"\n")[2].lstrip()
@@ -95,13 +96,13 @@ def _is_table(beginning: bytes) -> bool:
 
 
 class WireChanges:
-    """The VCD output of sigrok-cli, without the lines of text that it adds for voltages: "A0: 3.30 V DC"."""
+    """The VCD output of sigrok-cli, without the text lines that sigrok-cli adds for voltages: "A0: 3.30 V DC"."""
 
     def __init__(self, file: BinaryIO, voltages: list[str]) -> None:
         self.file, self.others = file, tuple(f"{name}: ".encode() for name in voltages)
 
     def read(self, size: int) -> bytes:
-        """Return the next bytes, slightly more than `size` of them; empty at the end."""
+        """Return the next bytes, `size` of them or slightly more; fewer before the end, and b"" at the end."""
         if not self.others:
             return self.file.read(size)
         lines, length = [], 0
@@ -113,10 +114,10 @@ class WireChanges:
 
 
 def _channels(path: str | Path) -> tuple[list[str], list[str]]:
-    """Return the names of the wires in a session, and those of its voltages; empty if they are not listed.
+    """Return the names of a session's wires, and those of its voltages; empty lists if it does not list them.
 
     Raises:
-        WaveformError: the file is not a session.
+        WaveformError: the file is a ZIP archive, but not a session.
     """
     import zipfile
 

@@ -1,11 +1,11 @@
-"""The sampling of a recording, which determines the uncertainty of its times; their unit seldom does.
+"""The sampling of a recording, which determines the uncertainty of its times; their unit seldom does so.
 
     $comment Acquisition with 2/2 channels at 12 MHz $end       the period is 83.3 ns
     $timescale 100 ps $end                                      the unit is finer
 
-The rate is stated in the file, or follows from the instants: they are all whole periods apart.  A few
-instants fit many grids by chance, so a grid counts only if chance can be excluded; of all such grids,
-the coarsest is used.
+The sampling rate is stated in the file, or follows from the instants of changes, which are all whole
+periods apart.  A few instants fit many grids by chance, so a grid counts only if chance can be excluded;
+of all the grids that count, the coarsest is used.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class Sampling(NamedTuple):
     Attributes:
         period: the time between two samples, ps.
         unit: the unit of the times in the file, to which they are rounded, ps.
-        found: where the period was found: "comment", "grid" or "unit".
+        found: the origin of the period: "comment" (stated in the file), "grid" (of times) or "unit".
     """
 
     period: Fraction
@@ -50,7 +50,7 @@ class Sampling(NamedTuple):
 
     @property
     def resolution_ps(self) -> int:
-        """The greatest delay of an edge in the file, ps: one period, plus the rounding to whole units."""
+        """The longest time by which an edge may be late, ps: a period, plus any rounding to whole units."""
         whole = self.period % self.unit == 0
         return max(-(-(self.period if whole else self.period + self.unit) // 1), 1)
 
@@ -67,7 +67,7 @@ def frequency(hz: Fraction) -> str:
 
 
 def rate_in(text: str) -> Fraction | None:
-    """Return the rate (Hz) stated in a comment: "Acquisition with 2/2 channels at 12 MHz"; None if it states none."""
+    """Return the sampling rate (Hz) in a comment such as "Acquisition with 2/2 channels at 12 MHz", or None."""
     match = _RATE.search(" ".join(text[-LONG:].split()))
     hz = Fraction(match[1]) * SIZES[match[2].lower()] if match else Fraction(0)
     return hz if 0 < hz <= PS_PER_S else None
@@ -79,12 +79,12 @@ def sampling_of(
     """Return the sampling of a file.
 
     Args:
-        instants: a function that returns the instants of all changes, ps, ascending; called only if `rate` and `exact`
-            do not determine the sampling.
+        instants: a function that returns the instants of all changes, ps, ascending; called only if `rate`
+            and `exact` do not determine the sampling.
         unit: the unit in which the instants were written, ps.
-        rate: the rate stated in the file, Hz.  If its period is no longer than the unit, it may stem from a conversion:
-            a grid then takes precedence.
-        exact: True if the instants were not sampled, but computed and rounded to the unit.
+        rate: the sampling rate stated in the file, Hz.  If its period is no longer than `unit`, the rate may
+            stem from a conversion of the file: a grid found in the instants then takes precedence.
+        exact: True if the instants were not sampled, but computed and rounded to `unit`.
     """
     if exact:
         return Sampling(unit, unit, "unit")
@@ -97,7 +97,7 @@ def sampling_of(
 
 
 def _grid(times_ps: NDArray[np.int64], unit: Fraction) -> Fraction | None:
-    """Return the coarsest grid that cannot be due to chance; None if there is none."""
+    """Return the period (ps) of the coarsest grid that the times cannot fit by chance; None if there is none."""
     import numpy as np
 
     since = times_ps - times_ps[:1]

@@ -45,27 +45,27 @@ ESCAPES = str.maketrans({" ": "\\x20", "\\": "\\\\", "\t": "\\t", "\n": "\\n", "
 
 
 class VcdStream(WholeOrNothing):
-    """A VCD file that grows with virtual time: `write_until` appends all changes since the last call.
+    """A VCD file that grows with virtual time: `write_until` appends all changes since its last call.
 
-    The file begins with the values at `start` and is put in place by `close`.  As a context manager, it
-    closes the file, or discards it if the block raises an exception.
+    The file begins with the values at `start` and is put in place by `close`.  As a context manager, the
+    stream closes the file, or discards it if the block raises an exception.
 
     Args:
         path: the file.
-        nets: names of recorded nets or pins; dots separate scopes, so that "x.slew" is variable slew in
-            scope x.
-        recorder: the recorder that recorded them.
+        nets: recorded nets or pins, keyed by name; dots separate scopes, so that "x.slew" is variable slew
+            in scope x.
+        recorder: the recorder that recorded the nets.
         timescale: one of TIMESCALES.
         start: the start of the file, ps; None for now.
         buses: "bits" for a bus as its wires, "whole" as one variable, or "both".
-        values: further content of the file: quantities and text.
-        comments: written at the head of the file.
+        values: sources of further variables in the file: quantities and text.
+        comments: texts that are written as comments at the head of the file.
 
     Raises:
         UsageError: an unknown timescale, no nets, names that do not fit a VCD file, or a path that cannot be
             written.
         NotRecorded: a net is not recorded, or its past is no longer kept back to `start` or to the last
-            call.
+            call of `write_until`.
     """
 
     def __init__(
@@ -105,18 +105,18 @@ class VcdStream(WholeOrNothing):
 
     @property
     def window(self) -> tuple[int, int]:
-        """The first and the last instant in the file, ps."""
+        """The instants at which the file begins and, so far, ends, ps."""
         return self._start, self._reached
 
     def write_until(self, ps: int) -> None:
-        """Append the changes up to an instant (ps); an incomplete time unit waits for the next call."""
+        """Append the changes up to an instant (ps); those in an incomplete time unit wait for the next call."""
         self._reached = max(self._reached, min(ps, self._kernel.seen))
         over = (self._reached + 1) // self.unit * self.unit
         if over >= self._next:
             self._append(over - 1)
 
     def close(self) -> None:
-        """Append the remaining changes and, as the end time, the instant of the last call; put the file in place."""
+        """Append the remaining changes and, as the end time, the last instant; put the file in place."""
         self._append(self._reached)
         end = self._reached // self.unit
         if end > self._written:
@@ -125,7 +125,7 @@ class VcdStream(WholeOrNothing):
         self._file.close()
 
     def discard(self) -> None:
-        """Discard the file, unless it is closed."""
+        """Discard the file, unless it has been closed."""
         self._file.discard()
 
     def _append(self, stop: int) -> None:
@@ -153,7 +153,7 @@ class VcdStream(WholeOrNothing):
         return f"{real(value) if kind == 'real' else string(value)} {self._ids[number]}\n"
 
     def _settled(self, changes: list[Changes]) -> list[tuple[NDArray[np.int64], Any]]:
-        """Return, for every variable, the units in which it changes, and its value at the end of each such unit."""
+        """Return, for every variable, the units in which it changes, and its value at the end of each."""
         settled: list[tuple[NDArray[np.int64], Any]] = []
         for source, (times, values) in zip(self._sources, changes, strict=True):
             for column in source.split(values):
@@ -171,7 +171,11 @@ class VcdStream(WholeOrNothing):
     def _last(
         self, times: NDArray[np.int64], values: NDArray[Any], number: int, shared: bool
     ) -> tuple[NDArray[np.int64], NDArray[Any], int]:
-        """Return the last change in each unit, and the number lost; if `shared`, first drop times without a change."""
+        """Return the units in which a variable changes, its value after each, and the number of changes lost.
+
+        If `shared`, `times` are those of all variables of the source: those without a change of
+        this variable are dropped first.
+        """
         before = self._now[number]
         if shared:
             times, values = real_edges(times, values, before)
@@ -179,7 +183,7 @@ class VcdStream(WholeOrNothing):
         return units, kept, len(times) - len(units)
 
     def _merged(self, changes: list[Changes]) -> tuple[ChangeTexts, NDArray[np.int64], NDArray[np.int64]]:
-        """Return a table of lines, and the units and codes of all changes in a chunk, by time, then in file order."""
+        """Return a table of lines, and the units and codes of a chunk's changes, by time, then in file order."""
         import numpy as np
 
         more: list[str] = []
@@ -218,13 +222,13 @@ def write_vcd(
     timescale: str = "1 ns",
     **options: Any,
 ) -> VcdStream:
-    """Write the changes in start <= t <= stop (ps, up to the last committed instant) to a VCD file.
+    """Write the changes in start <= t <= stop (ps), up to the last committed instant, to a VCD file.
 
-    The window is expanded in pieces, so a long one needs no more memory than a short one.  `options` and exceptions are
-    those of VcdStream.
+    The window is expanded in pieces, so a long window needs no more memory than a short one.  `options` and
+    further exceptions are those of VcdStream.
 
     Returns:
-        The closed stream, whose `lost` counts the changes that the timescale hides.
+        The closed stream, whose `lost` counts the wire changes that the timescale hides.
 
     Raises:
         UsageError: the window ends before it begins.
@@ -248,7 +252,7 @@ def unit_of(timescale: str) -> int:
 
 
 def identifier(number: int) -> str:
-    """Return the short name of variable `number` in the file: one character, "!" for 0; for later ones, several."""
+    """Return the short name of variable `number` in the file: a character ("!" for 0), or more from 94 on."""
     text = ""
     while True:
         number, character = divmod(number, ID_COUNT)
@@ -259,7 +263,7 @@ def identifier(number: int) -> str:
 
 
 def identifiers(variables: Iterable[Variable]) -> list[str]:
-    """Return the short names of all variables; those of strings cannot be confused with anything else in the file."""
+    """Return the short names of all variables; those of strings are safe in readers that skip strings."""
     names = map(identifier, count())
     return [
         next(name for name in names if variable.kind != "string" or name[0] not in MISREAD) for variable in variables
@@ -267,18 +271,18 @@ def identifiers(variables: Iterable[Variable]) -> list[str]:
 
 
 def real(bits: int) -> str:
-    """Return a real as text for the file: exact, in its shortest form."""
+    """Return a real, given as its 64 bits, as text for the file: exact, in its shortest form."""
     (value,) = unpack("<d", pack("<q", bits))
     return f"r{value!r}".removesuffix(".0")
 
 
 def string(text: str) -> str:
-    r"""Return text for the file: ASCII in one word; viewers show \x20 as a blank."""
+    r"""Return text as a string value for the file: one word of ASCII; viewers show \x20 as a blank."""
     return "s" + ascii_of(text.translate(ESCAPES))
 
 
 def _joined(units: NDArray[np.int64], texts: Sequence[str]) -> tuple[NDArray[np.int64], list[str]]:
-    """Return the units that have texts, and for each of them all its texts joined into one, so that none is lost."""
+    """Return the units that have texts and, for each unit, all its texts joined into one: none is lost."""
     import numpy as np
 
     together: dict[int, str] = {}
@@ -288,7 +292,7 @@ def _joined(units: NDArray[np.int64], texts: Sequence[str]) -> tuple[NDArray[np.
 
 
 def _levels(variable: Variable, name: str) -> list[str]:
-    """Return the lines of all possible levels of a wire or bus, floating first; empty for other variables."""
+    """Return a line for each possible level of a wire or a bus, floating first; [] for any other variable."""
     if variable.kind != "wire":
         return []
     if variable.size == 1:
@@ -297,7 +301,7 @@ def _levels(variable: Variable, name: str) -> list[str]:
 
 
 def _header(variables: Iterable[Variable], names: Iterable[str], timescale: str, comments: Iterable[str]) -> str:
-    """Return everything up to $enddefinitions, without a date: the same run produces the same bytes."""
+    """Return the header up to $enddefinitions, without a date: the same run produces the same bytes."""
     tree: dict[str, Any] = {}
     for variable, identifier in zip(variables, names, strict=True):
         name = variable.name

@@ -77,7 +77,7 @@ class Changes:
         The remaining bytes are the beginning of an item that continues in the next block.
 
         Raises:
-            WaveformError: an item that is not a change.
+            WaveformError: an item is not a valid change.
         """
         import numpy as np
 
@@ -114,7 +114,7 @@ class Changes:
                 raise words.error(number, f"{quoted(word)} among the changes; allowed {known}")
 
     def _times(self, words: WordBounds, kinds: NDArray[np.int8]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Return the time before the block followed by all times in it; and for each word, the index of its time."""
+        """Return the last time before the block and all times in it, and the index of the time of each word."""
         import numpy as np
 
         named = kinds == TIME
@@ -162,7 +162,7 @@ class Changes:
             self._parts[2].append((at[string], variables[string], texts))
 
     def _named(self, words: WordBounds, where: NDArray[np.intp], scalar: NDArray[np.bool_]) -> NDArray[Any]:
-        """Return the numbers of the variables that are named by the identifiers in some words."""
+        """Return the numbers of the variables whose identifiers are in some words: at the end of `scalar` ones."""
         import numpy as np
 
         keys = words.keys(where, scalar, self._long)
@@ -178,7 +178,7 @@ class Changes:
     def _bits(
         self, words: WordBounds, where: NDArray[np.intp], variables: NDArray[Any], scalar: NDArray[np.bool_]
     ) -> NDArray[Any]:
-        """Return the values of wires and buses in some words: numbers, FLOATING or UNKNOWN."""
+        """Return the values of wires and buses that some words state: numbers, FLOATING or UNKNOWN."""
         import numpy as np
 
         values = codes_of_letters()[words.letters[words.begins[where]]].astype(self._dtype)
@@ -196,11 +196,11 @@ class Changes:
         """Return the changes, keyed by identifier.
 
         Returns:
-            For each identifier: the variable; times, (n,) int64 ps, ascending, equal times in file order; and values,
-            (n,).
+            For each identifier: the variable; the times of its changes, (n,) int64 ps, ascending, equal times in
+            file order; and its values from these times on, (n,).
 
         Raises:
-            WaveformError: a time is beyond 2^63 ps.
+            WaveformError: a time is 2^63 ps or later.
         """
         import numpy as np
 
@@ -224,14 +224,14 @@ class Changes:
         return out
 
     def picoseconds(self, times: Any) -> Any:
-        """Return times in the file's unit as picoseconds, rounded down; the mark for "no time yet" is unchanged."""
+        """Return times in the file's unit as picoseconds, rounded down; BEFORE (no time yet) is unchanged."""
         import numpy as np
 
         return np.where(times == BEFORE, BEFORE, times * self.unit.numerator // self.unit.denominator)
 
 
 def _without_comments(place: FilePlace) -> tuple[bytes, int]:
-    """Return a block with comments blanked out, and its usable length: up to a comment without an end."""
+    """Return a block with its comments blanked out, and its length up to any comment without an end."""
     block = place.block
     if b"$comment" not in block:
         return block, len(block)
@@ -247,7 +247,7 @@ def _without_comments(place: FilePlace) -> tuple[bytes, int]:
 
 
 def _unescaped(text: bytes) -> str:
-    r"""Return a string value, in which blanks and other characters were written as \x20, \040, \t, \n, \r or \\."""
+    r"""Return a string value with its escapes (\x20, \040, \t, \n, \r, \\) replaced by their characters."""
 
     def plain(match: re.Match[str]) -> str:
         code = match[1]

@@ -7,7 +7,7 @@
     $upscope $end
     $enddefinitions $end
 
-Declarations end at the first time, value or $dumpvars, since some files have no $enddefinitions.
+Declarations also end at the first time, value or $dumpvars, since some files have no $enddefinitions.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ _RANGE = re.compile(r"(.*?)\s*(\[-?\d+(?::-?\d+)?\])")
 
 @dataclass(frozen=True, slots=True)
 class DeclaredVariable:
-    """The variable that an identifier denotes: "bits", "real" or "string", with its `width` in bits."""
+    """The variable that an identifier denotes: its `kind` ("bits", "real" or "string") and its `width` in bits."""
 
     kind: str
     width: int
@@ -46,7 +46,7 @@ class DeclaredVariable:
 
 @dataclass(slots=True)
 class Header:
-    """Declarations: variables by identifier, names with their identifiers, and the time unit in picoseconds."""
+    """Declarations: variables by identifier, identifiers by variable name, and the time unit in picoseconds."""
 
     unit: Fraction | None = None
     variables: dict[bytes, DeclaredVariable] = field(default_factory=dict)
@@ -64,7 +64,7 @@ class FilePlace:
         self.path, self.block, self.lines = path, block, lines
 
     def error(self, at: int, what: str) -> WaveformError:
-        """Return an error that quotes the line with byte `at` of the block and states its number."""
+        """Return the error `what`, with the number and the text of the line that contains byte `at` of the block."""
         number = self.lines + self.block.count(b"\n", 0, at) + 1
         begin = self.block.rfind(b"\n", 0, at) + 1
         end = self.block.find(b"\n", at)
@@ -78,10 +78,10 @@ def read_header(place: FilePlace) -> tuple[Header, int]:
     """Read the declarations at the beginning of a block.
 
     Returns:
-        The declarations, and the index of the first byte after them in the block.
+        The declarations, and the index in the block of the first byte after them.
 
     Raises:
-        WaveformError: a line that is not a declaration, or an invalid one.
+        WaveformError: the block does not begin with a declaration, or a declaration is invalid.
     """
     header, block = Header(), place.block
     foreword = _FOREWORD.match(block)

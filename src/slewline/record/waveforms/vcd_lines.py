@@ -1,8 +1,8 @@
-"""Lines of a value change dump, produced from a table.
+"""Lines of a value change dump, produced from a table of texts.
 
-Every change is one number, time and code combined, so that one sort puts all in order; digits come from a table, four
-at a time; the lines of a chunk are one matrix of bytes, from which a mask removes unneeded bytes (times that are
-already written, padding of short values).
+Every change is one number that combines its time and its code, so that one sort puts all changes in
+order.  Digits come from a table, four at a time.  The lines of a chunk are one matrix of bytes, from
+which a mask removes the unneeded bytes: times that are already written, and the padding of short texts.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ BLOCK_ROWS = 1 << 14  # rows that the processor's cache holds
 
 
 class ChangeTexts:
-    """The texts of changes, indexed by code; texts for a single chunk follow the texts for every chunk."""
+    """The texts of changes, indexed by code: first those for all chunks, then any for a single chunk."""
 
     def __init__(self, texts: Sequence[str]) -> None:
         import numpy as np
@@ -34,7 +34,7 @@ class ChangeTexts:
         self._rows = np.frombuffer(padded.encode("ascii"), np.uint8).reshape(-1, width + 1)
 
     def with_more(self, texts: Sequence[str]) -> ChangeTexts:
-        """Return a table that also has the given texts, or this table itself if none are given."""
+        """Return a table with these texts followed by the given ones, or this table itself if none are given."""
         return ChangeTexts([*self.texts, *texts]) if texts else self
 
     def lines(self, units: NDArray[np.int64], codes: NDArray[np.int64]) -> bytes:
@@ -77,7 +77,7 @@ class ChangeTexts:
 
 @cache
 def _needed(digits: int, longest: int) -> NDArray[np.bool_]:
-    """Return masks of the needed bytes of a row, for changes of 0 to `longest` bytes: without, then with the time."""
+    """Return masks of the needed bytes of a row: for texts of 0 to `longest` bytes, without, then with a time."""
     import numpy as np
 
     column = np.arange(digits + 2 + longest)
@@ -94,7 +94,7 @@ def _without(rows: NDArray[np.uint8], shorter: NDArray[np.intp], head: int) -> b
 
 
 def _words(rows: NDArray[np.uint8], column: int) -> NDArray[np.uint32]:
-    """Return four columns of a byte matrix as one column of words: (n,) uint32."""
+    """Return four columns of a byte matrix, beginning with `column`, as one column of words: (n,) uint32."""
     import numpy as np
 
     words: NDArray[np.uint32] = rows[:, column : column + 4].view(np.uint32)[:, 0]
@@ -117,7 +117,7 @@ def _put_times(rows: NDArray[np.uint8], units: NDArray[np.int64], digits: int) -
 
 @cache
 def _digits(count: int, sign: str = "") -> NDArray[np.uint32]:
-    """Return all `count`-digit numbers, each preceded by `sign`, as four-character words: (10**count,) uint32."""
+    """Return all `count`-digit numbers, each after a `sign`, as words of four characters: (10**count,) uint32."""
     import numpy as np
 
     numbers = [f"{number:0{count}d}" if count else "" for number in range(10**count)]

@@ -2,11 +2,12 @@
 
 A source is expanded once per chunk and may feed several variables: a bus feeds its wires.
 
+    source               variables                kind      values
     net "x.slew"         x.slew                   wire      0, 1, z
     bus "x.db"           x.db0 ... x.db7          wires     0, 1, z where nothing drives
     quantity             x.velocity               real      exact; a staircase; blanks in a name as _
-    texts                x.finding                string    from its instant to the next
-    states               x.command, x.motion      string    empty while there is none
+    texts                x.finding                string    each text until the next
+    states               x.command, x.motion      string    empty while there is no state
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ BUSES = ("bits", "whole", "both")
 class Variable(NamedTuple):
     """A variable in the file.  Dots in the name separate scopes.  For a bus wire, `bus` is the name of its bus.
 
-    Of several values within a unit of time, the last one counts; a string with `all` is written with all its values.
+    Of several values within a time unit of the file, the last one counts; a string with `all` keeps all.
     """
 
     name: str
@@ -47,7 +48,7 @@ class HasValue(Protocol):
     """An object with a value at every instant, such as `slewline.core.motion.quantity.Quantity`."""
 
     def staircase(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Return the value at `start` and every change in start < t <= stop (ps), identical in overlapping windows."""
+        """Return the value at `start` and all changes in start < t <= stop (ps), which do not depend on the window."""
 
 
 class VariableSource(Protocol):
@@ -59,14 +60,14 @@ class VariableSource(Protocol):
         """Return the value of every variable at an instant (ps)."""
 
     def changes(self, start: int, stop: int) -> Changes:
-        """Return the changes in start <= t <= stop (ps), with all variables combined."""
+        """Return the changes in start <= t <= stop (ps), with the values of all variables combined."""
 
     def split(self, values: Any) -> list[Any]:
-        """Return the values of every variable, extracted from the combined values of `changes`."""
+        """Return the values of each variable, extracted from the combined values that `changes` returned."""
 
 
 class NetSource:
-    """A net or a pin; a bus as its wires, as a whole, or both.
+    """The source of a net or a pin; a bus has a variable for each wire, one for the whole bus, or both.
 
     Raises:
         UsageError: `buses` is none of "bits", "whole" and "both".
@@ -96,11 +97,11 @@ class NetSource:
         return [int(levels[0]) for levels in self.split(np.array([self.recorder.level(self.probe, ps)]))]
 
     def changes(self, start: int, stop: int) -> Changes:
-        """Return the edges in start <= t <= stop (ps); for a bus, whenever one of its wires changes."""
+        """Return the edges in start <= t <= stop (ps); a bus has an edge whenever one of its wires changes."""
         return self.recorder.edges(self.probe, start, stop)
 
     def split(self, values: NDArray[Any]) -> list[NDArray[Any]]:
-        """Return the levels of every variable, extracted from those of `changes`."""
+        """Return the levels of each variable, extracted from the levels that `changes` returned."""
         import numpy as np
 
         if not self.wires:
@@ -112,46 +113,46 @@ class NetSource:
 
 
 def reference(owner: str, quantity: str) -> str:
-    """Return the name of a quantity in a file, where names have no blanks: "m", "current 1" as "m.current_1"."""
+    """Return a quantity's name in a file, without blanks: "m.current_1" for owner "m" and quantity "current 1"."""
     return f"{owner}.{'_'.join(quantity.split())}"
 
 
 class CurveSource:
-    """The value of a quantity at every change, as the 64 bits of the number, so that NaN equals itself."""
+    """The source of a quantity's values, each given as the 64 bits of the number, so that NaN equals itself."""
 
     def __init__(self, name: str, curve: HasValue) -> None:
         self.curve, self.variables = curve, [Variable(name, "real", 64)]
 
     def values_at(self, ps: int) -> list[int]:
-        """Return the value at an instant (ps)."""
+        """Return a list with the value at an instant (ps), as the 64 bits of the number."""
         return [int(self.split(self.curve.staircase(ps, ps)[1])[0][-1])]
 
     def changes(self, start: int, stop: int) -> Changes:
-        """Return every change of the quantity in start <= t <= stop (ps)."""
+        """Return the value of the quantity at `start`, and all its changes in start < t <= stop (ps)."""
         return self.curve.staircase(start, stop)
 
     def split(self, values: NDArray[np.float64]) -> list[NDArray[np.int64]]:
-        """Return the values as the 64 bits of each number."""
+        """Return a list with one item: the values, each as the 64 bits of the number."""
         import numpy as np
 
         return [(values + 0.0).view(np.int64)]  # zero has no sign
 
 
 class TextSource:
-    """Occasional texts; each holds until the next.
+    """The source of occasional texts, each of which holds until the next.
 
     Args:
         name: the name of the variable.
         texts: a function that returns (ps, text) for all texts in start <= t <= stop, in order.
-        all: True if all texts are written, even within one time unit of the file; False if they are states, of which
-            the last one counts.
+        all: True if all texts are written, even several within one time unit of the file; False if the texts
+            are states, of which only the last in each unit is written.
     """
 
     def __init__(self, name: str, texts: Callable[[int, int], Sequence[tuple[int, str]]], all: bool = True) -> None:
         self.texts, self.variables = texts, [Variable(name, "string", all=all)]
 
     def values_at(self, ps: int) -> list[str]:
-        """Return the last text at or before an instant (ps)."""
+        """Return a list with the last text at or before an instant (ps); "" stands for no text."""
         texts = self.texts(0, ps)
         return [texts[-1][1] if texts else ""]
 
@@ -163,7 +164,7 @@ class TextSource:
         return np.array([ps for ps, _ in texts], np.int64), [text for _, text in texts]
 
     def split(self, values: list[str]) -> list[NDArray[Any]]:
-        """Return the texts unchanged."""
+        """Return a list with one item: the texts, unchanged."""
         import numpy as np
 
         return [np.array([*values, None], object)[:-1]]

@@ -38,11 +38,11 @@ class WordBounds:
         return self.text[self.begins[number] : self.ends[number]]
 
     def error(self, number: Any, what: str) -> WaveformError:
-        """Return an error at word `number`."""
+        """Return the error `what`, with the line in which word `number` begins."""
         return self.place.error(int(self.begins[number]), what)
 
     def numbers(self, where: NDArray[np.intp]) -> NDArray[np.int64]:
-        """Return the decimal numbers that follow the first characters of some words."""
+        """Return the decimal numbers in words such as #1200, each of which begins with the second character."""
         import numpy as np
 
         lengths, ends = self.ends[where] - self.begins[where] - 1, self.ends[where]
@@ -61,7 +61,10 @@ class WordBounds:
         return out
 
     def keys(self, where: NDArray[np.intp], prefixed: NDArray[np.bool_], long: dict[bytes, int]) -> NDArray[np.uint64]:
-        """Return identifiers as numbers; in `prefixed` words, the identifier begins with the second character."""
+        """Return the identifiers in some words as numbers; `long` has the numbers of identifiers of over 8 bytes.
+
+        In a word that is `prefixed`, the identifier begins with the second character.
+        """
         import numpy as np
 
         begins, ends = self.begins[where] + prefixed, self.ends[where]
@@ -78,9 +81,10 @@ class WordBounds:
         return out
 
     def vectors(self, where: NDArray[np.intp], widths: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.intp]]:
-        """Return the values of words such as b10z1, and the indices of the words that have too many bits.
+        """Return the values of words such as b10z1, and the indices of words that have too many bits.
 
         A floating bit reads 1 unless all bits float.  The value of a variable wider than MAX_BITS is UNKNOWN.
+        The indices refer to `where`; the bits allowed are in `widths`.
         """
         import numpy as np
 
@@ -129,7 +133,7 @@ class WordBounds:
 # ----------------------------------------------------------------------------------------------------------- tables
 @cache
 def kinds_of_letters() -> NDArray[np.int8]:
-    """Return the kinds of words, indexed by first character: (256,) int8."""
+    """Return the kind of a word for each first character that it may have: (256,) int8, indexed by character."""
     import numpy as np
 
     kinds = np.zeros(256, np.int8)
@@ -140,7 +144,7 @@ def kinds_of_letters() -> NDArray[np.int8]:
 
 @cache
 def codes_of_letters() -> NDArray[np.int8]:
-    """Return levels, indexed by character, including those of nine-valued logic (VHDL): (256,) int8."""
+    """Return the level for each character, including those of nine-valued logic (VHDL): (256,) int8."""
     import numpy as np
 
     codes = np.full(256, NO_CODE, np.int8)
@@ -150,7 +154,7 @@ def codes_of_letters() -> NDArray[np.int8]:
 
 
 def mark_identifiers(kinds: NDArray[np.int8]) -> bool:
-    """Mark words that follow values as IDENTIFIER; return whether the last value's identifier is yet to come."""
+    """Mark the words after values as IDENTIFIER; return whether the last value's identifier is yet to come."""
     import numpy as np
 
     like_values = kinds == VALUE
@@ -166,6 +170,6 @@ def mark_identifiers(kinds: NDArray[np.int8]) -> bool:
 
 
 def quoted(word: bytes) -> str:
-    """Return the beginning of a word for a message."""
+    """Return up to 20 characters of the beginning of a word, in quotes, for a message."""
     shown = word[:20].decode("latin-1")
     return repr(shown) + ("..." if len(word) > 20 else "")

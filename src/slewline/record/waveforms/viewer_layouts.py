@@ -1,12 +1,12 @@
-"""Layouts: files next to a waveform, with which a viewer shows one group per chip, and curves as curves.
+"""Layouts: files next to a waveform that make a viewer show a group per chip, and quantities as curves.
 
     weld.vcd       the waveform
     weld.gtkw      for GTKWave: gtkwave weld.gtkw
     weld.sucl      for Surfer: surfer --command-file weld.sucl weld.vcd
 
 For Surfer, the layout is a command file that contains documented commands, because a state file suits
-only one version.  A Surfer version that does not know a command reports it and continues.  Names are
-relative, so that the folder can be moved.  The same run produces the same bytes.
+only one version of Surfer.  A version that does not know a command reports it and continues.  File names
+are relative, so that the folder can be moved.  The same run produces the same bytes.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ DIGITS = "abcdefghijklmnop"  # in which Surfer counts the rows
 class ViewerSetup(NamedTuple):
     """The initial view in a viewer: from `begin` to `end` in time units of the file, with marks (unit, text).
 
-    `scale` is the number before ns or us in the timescale: 1, 10 or 100.  GTKWave counts in ns or us.
+    `scale` is the number in the timescale (1, 10 or 100), such as 10 in "10 us": GTKWave counts in ns or us.
     """
 
     begin: int
@@ -47,10 +47,10 @@ class ViewerSetup(NamedTuple):
 
 
 def layout_paths(path: str | Path) -> tuple[Path, Path]:
-    """Return the paths of a waveform's layouts: GTKWave's, Surfer's.
+    """Return the paths of a waveform's layout files: GTKWave's, then Surfer's.
 
     Raises:
-        UsageError: the waveform has the name of a layout.
+        UsageError: the waveform file has the name of one of these layout files.
     """
     paths = Path(path).with_suffix(".gtkw"), Path(path).with_suffix(".sucl")
     if Path(path) in paths:
@@ -59,7 +59,7 @@ def layout_paths(path: str | Path) -> tuple[Path, Path]:
 
 
 def save_layouts(path: str | Path, variables: Sequence[Variable], view: ViewerSetup) -> None:
-    """Write the layouts of a waveform file into its folder.
+    """Write the layout files of a waveform file into the same folder.
 
     Raises:
         UsageError: a file cannot be written.
@@ -78,7 +78,7 @@ def save_layouts(path: str | Path, variables: Sequence[Variable], view: ViewerSe
 def gtkwave_lines(dump: str, name: str, variables: Sequence[Variable], view: ViewerSetup) -> Iterator[str]:
     """Yield the lines of GTKWave's save file.
 
-    GTKWave finds the waveform if the save file states both the waveform's name and its own.
+    GTKWave finds the waveform file if the save file states that file's name (`dump`) and its own (`name`).
     """
     span = max(view.end - view.begin, 1) * view.scale
     marks = [(at, ascii_of(text)) for at, text in view.marks][: len(LETTERS)]
@@ -98,12 +98,12 @@ def gtkwave_lines(dump: str, name: str, variables: Sequence[Variable], view: Vie
 
 
 def _whose(scope: str, one_chip: bool) -> str:
-    """Return a prefix that keeps the names in a group distinct from all others: "axis2", "x", "x axis2" or ""."""
+    """Return a prefix that sets the names in a group apart from all others: "axis2", "x", "x axis2" or ""."""
     return (scope.partition(".")[2] if one_chip else scope).replace(".", " ")
 
 
 def _gtkwave_row(row: ViewerRow, whose: str) -> Iterator[str]:
-    """Yield the lines for a row; GTKWave shows the last part of the row's name or, if given, the text in +{}."""
+    """Yield the lines for a row; GTKWave shows the text in +{} or else the last part of the row's name."""
     first = row.variables[0]
     alias = f"+{{{whose} {row.name.rpartition('.')[2]}}} " if whose else ""
     if first.kind == "real":
@@ -150,9 +150,9 @@ class ViewerRow(NamedTuple):
 
 
 def grouped(variables: Sequence[Variable]) -> Iterator[tuple[str, list[ViewerRow]]]:
-    """Yield the name and the rows of each axis and each chip: first text and curves, then pins.
+    """Yield the name and the rows of each group, an axis or a chip: first text, then curves, then pins.
 
-    The wires of a bus that is included as a whole are left out.
+    The wires of a bus are left out if the bus is also included as a whole.
     """
     named = {variable.name for variable in variables}
     shown = [variable for variable in variables if not (variable.bus and variable.bus in named)]

@@ -1,7 +1,7 @@
-"""The contents of a waveform file: the edges of signals, in the same form as those of a bench.
+"""The contents of a waveform file: the edges of signals, in the same form as the recorded edges of a bench.
 
-A logic analyser's recording of a real board is queried like a run of the model, so that the two can be overlaid and
-compared.
+A logic analyser's recording of a real board is queried like a run of the model, so that the recording
+and the run can be overlaid and compared.
 """
 
 from __future__ import annotations
@@ -45,25 +45,26 @@ class Signal(NamedTuple):
 
 
 class SignalChanges(Protocol):
-    """The result of a reader: the time unit in picoseconds, the first and the last time in units, and the changes."""
+    """The result of a reader: the time unit (ps), the first and the last time (in that unit), and the changes."""
 
     unit: Fraction
     begin: int | None
     end: int
 
     def series(self) -> Mapping[bytes, tuple[DeclaredVariable, NDArray[np.int64], NDArray[Any]]]:
-        """Return, for each identifier, the variable, the times, (n,) int64 ps, ascending, and the values, (n,)."""
+        """Return, per identifier, the variable, its times, (n,) int64 ps, ascending, and its values, (n,)."""
 
 
 class Waveforms:
     """The signals of a waveform file, as returned by `slewline.read_vcd` and `slewline.read_waveforms`.
 
-    Names are those in the file, with their scopes: "x.slew".  The last part is enough if only one name ends with it.
-    "x.db" also means x.db0, x.db1 ..., or x.db[0], x.db[1] ..., taken together, bit 0 being the lowest.
+    Names are those in the file, with their scopes: "x.slew".  The last part of a name is enough if only one
+    name ends with it.  "x.db" also means x.db0, x.db1 ..., or x.db[0], x.db[1] ..., together, bit 0 being
+    the lowest.
 
-    Levels are 0 and 1, or numbers on a bus; FLOATING (-1) for z, UNKNOWN (-2) for x.  A floating bus wire reads 1,
-    unless all the bus wires float.  If a file of changes states no value for a wire before its first change, the wire
-    is taken to have had the other level until then.
+    Levels are 0 and 1, or numbers on a bus; FLOATING (-1) for z, UNKNOWN (-2) for x.  A floating wire of a
+    bus reads 1, unless all its wires float.  If a VCD file states no value for a wire before its first
+    change, the wire is taken to have had the opposite level until that change.
 
     Attributes:
         path: the path of the file.
@@ -110,11 +111,11 @@ class Waveforms:
     # ----------------------------------------------------------------------------------------------------- sampling
     @cached_property
     def sampling(self) -> Sampling:
-        """The sampling of the file: as stated in a comment, else from the grid of its instants, else its time unit."""
+        """The sampling of the file: from a comment, else from the grid of its instants, else its time unit."""
         return sampling_of(self._instants, self._unit, self._rate, self._exact)
 
     def _instants(self) -> NDArray[np.int64]:
-        """Return the instants of all changes (ps), ascending."""
+        """Return the instants of the changes of all signals (ps), ascending."""
         import numpy as np
 
         of = {id(signal): signal.times_ps for signal in self._signals.values()}
@@ -122,7 +123,7 @@ class Waveforms:
 
     @property
     def sampling_ps(self) -> int:
-        """The greatest delay of an edge in the file, ps: the sampling period, or the time unit if that is coarser."""
+        """The longest time by which an edge may be late, ps: a sampling period, plus any rounding to units."""
         return self.sampling.resolution_ps
 
     # ------------------------------------------------------------------------------------------------------ queries
@@ -169,7 +170,7 @@ class Waveforms:
         return times[first:last], signal.levels[first:last]
 
     def level_at(self, name: str, time: Time) -> Any:
-        """Return the value of a signal at an instant, after any change at that instant; after the end, the last value.
+        """Return the value of a signal at an instant, after any change then; after the end, the last value.
 
         Raises:
             UnknownName: there is no such signal.
@@ -203,7 +204,8 @@ class Waveforms:
             name: the label in the picture; by default the signal name without scopes.
             shift: a time, possibly negative, that is added to all times to align the trace with another
                 recording.
-            tolerance: the longest difference from the pin below it that is not marked; by default `sampling_ps`.
+            tolerance: the longest time difference between the trace and the pin over which it is drawn that is
+                not marked; by default `sampling_ps`.
             invert: invert the levels, for a signal measured after an inverting optocoupler.
 
         Raises:
@@ -237,22 +239,22 @@ class Waveforms:
         position: int = 0,
         idle: int | None = None,
     ) -> Steps:
-        """Return the steps in a recorded step signal, as `x.steps` does, for `slewline.record.measuring.measure`.
+        """Return the steps in a step signal, as a chip's `steps` does, for `slewline.record.measuring.measure`.
 
         Args:
             pulse: the step signal.
             direction: the direction signal, which is sampled at each step; without it, all steps go forward.
-            edge: the edge of `pulse` at which a step begins: "falling", "rising", or "both" for a driver that steps on
-                either edge.
+            edge: the edge of `pulse` at which a step begins: "falling", "rising", or "both" for a driver that
+                steps on every edge.
             forward: the level of `direction` at which positions count up, 0 or 1.
             position: the position before the first step.
-            idle: the level to assume for `pulse` where it floats or is unknown, 0 or 1; by default, such a place is an
-                error if a step may be lost in it.
+            idle: the level to assume for `pulse` while it floats or is unknown, 0 or 1; by default, a time in
+                which it does so is an error if a step may be lost in that time.
 
         Raises:
             UnknownName: there is no such signal.
-            UsageError: an unknown edge, a signal that is not a wire, a step signal that is unknown where a step may be,
-                or a direction that is unknown at a step.
+            UsageError: an unknown edge, a signal that is not a wire, a step signal that is unknown where a step
+                may begin, or a direction that is unknown at a step.
         """
         import numpy as np
 
@@ -280,10 +282,10 @@ class Waveforms:
         return Steps(times, signs, position + np.cumsum(signs, dtype=np.int64))
 
     def _check_known(self, pulse: str, signal: Signal, begins: tuple[int, ...]) -> None:
-        """Check that a step signal is known before its first edge, if a step may begin there, and from then on.
+        """Check that a step signal is known from its first edge on, and before it if a step may begin there.
 
         Raises:
-            UsageError: the signal is not known there.
+            UsageError: the signal floats or is unknown there.
         """
         import numpy as np
 
@@ -334,7 +336,7 @@ class Waveforms:
         return joined
 
     def _bits(self, name: str) -> list[Signal]:
-        """Return the signals that are the bits of a bus, lowest bit first."""
+        """Return the signals that are the bits of a bus, lowest bit first; [] if there is no such bus."""
         for form in ("{}{}", "{}[{}]"):
             bits: list[Signal] = []
             while len(bits) <= MAX_BITS and (bit := self._bit(form.format(name, len(bits)))) is not None:
@@ -363,7 +365,7 @@ def _signal(variable: DeclaredVariable, times: NDArray[np.int64], values: NDArra
 
 
 def _joined(bits: list[Signal]) -> Signal:
-    """Return bits as one bus: UNKNOWN while any bit is unknown, FLOATING while all of them float."""
+    """Return bits, lowest first, as one bus: UNKNOWN while any bit is unknown, FLOATING while all bits float."""
     import numpy as np
 
     times = np.unique(np.concatenate([bit.times_ps for bit in bits]))

@@ -1,4 +1,4 @@
-"""Converts an action to the target's instructions, with a method for each kind of action."""
+"""The converter of actions to the target's instructions, with a method for each kind of action."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ MOST_DELAYS = 20  # maximum number of commands for one delay
 
 
 class Actions(MotionWriter):
-    """A converter of all actions to instructions."""
+    """A converter of actions of every kind to the target's instructions."""
 
     # ------------------------------------------------------------------------------------------ outputs, inputs, times
     def on_setoutput(self, action: SetOutput) -> list[ResultPiece]:
@@ -57,7 +57,7 @@ class Actions(MotionWriter):
         return self.conditions.wait(action.input)
 
     def on_delay(self, action: Delay) -> list[ResultPiece]:
-        """Return the instruction with the nearest delay, or several instructions in sequence."""
+        """Return one instruction with the nearest possible delay, or several whose delays add up to it."""
         if self.sheet.enter is None and "delay" not in self.rows:
             return [ResultPiece(text=f"@wait {readable(action.time_ps)}")]
         row = self.row("delay")
@@ -76,7 +76,7 @@ class Actions(MotionWriter):
 
     # ------------------------------------------------------------------------------------------------------------ flow
     def on_label(self, action: Label) -> list[ResultPiece]:
-        """Return the label, with a mark if the target's loops need one; values that may vary there become unknown."""
+        """Return the label, with a mark if the target's loops need one; forget values that may vary there."""
         self.rates.joined()
         self.replaced = self.replaced or self.may_replace
         self.known_values = {name: value for name, value in self.known_values.items() if self.fixed.get(name) == value}
@@ -96,7 +96,7 @@ class Actions(MotionWriter):
         return self.conditions.jump(action.to, start)
 
     def on_loop(self, action: Loop) -> list[ResultPiece]:
-        """Return the end of a loop, by the loop command with the smallest range of counts that is sufficient."""
+        """Return the end of a loop: the loop command with the smallest range that allows the number of passes."""
         rows = sorted(self.sheet.acting("loop"), key=lambda row: row.args[0].high)
         if not rows:
             raise Impossible(
@@ -113,7 +113,7 @@ class Actions(MotionWriter):
     def on_endprogram(self, action: EndProgram) -> list[ResultPiece]:
         """Return the instruction that ends the program, or, if the part has none, a jump to the program's end.
 
-        Where the program ends anyway, a part without such an instruction needs nothing.
+        A part without such an instruction needs no jump after the last command of a program.
         """
         stop = self.rows.get("stop")
         if stop is not None:
@@ -133,7 +133,7 @@ class Actions(MotionWriter):
         return [*self.pointer(), ResultPiece(self.sheet.enter)]
 
     def on_leaveprogram(self, action: LeaveProgram) -> list[ResultPiece]:
-        """Return the commands that end program entry; if the source then runs the program, they also run it."""
+        """Return the commands that end program entry, and also run the program if the source does."""
         rows = self.sheet.leave
         row = next((row for row in rows if row.starts == action.runs), None)
         if row is not None:
@@ -156,13 +156,13 @@ class Actions(MotionWriter):
         return [*self.end_shown(0), *self.pointer(), ResultPiece(row)]
 
     def end_shown(self, level: int) -> list[ResultPiece]:
-        """Return the instruction that sets the output for showing the end of a program, if there is such an output."""
+        """Return the instruction that sets the output that shows a program's end; none if there is no such output."""
         if not self.directives.end_pin:
             return []
         return [ResultPiece(self.rows["bits"], (self.end_output - 1 + (0 if level else LOW_BIT),))]
 
     def pointer(self) -> list[ResultPiece]:
-        """Return the command that sets the memory pointer to the start of the program, unless it is already there."""
+        """Return the command that sets the memory pointer to the start of the program, if needed."""
         row, pointed = self.rows.get("pointer"), self.pointed
         self.pointed = False
         return [] if row is None or pointed else [ResultPiece(row, (0,))]
@@ -172,12 +172,12 @@ class Actions(MotionWriter):
         return [ResultPiece(self.row("store"))]
 
     def on_eraseprogram(self, action: EraseProgram) -> list[ResultPiece]:
-        """Return the command that erases the program; the registers then have their reset values."""
+        """Return the command that erases the program, and note that the registers then have their reset values."""
         self.rates.restarted()
         return [ResultPiece(self.row("erase"))]
 
     def on_hostdirective(self, action: HostDirective) -> list[ResultPiece]:
-        """Return the directives for the host."""
+        """Return the directives for the target's host that replace a directive."""
         found = self.directives.translated(action.text)
         if isinstance(found, str):
             raise Impossible(action.text, found, "write it by hand for this host")
@@ -189,7 +189,7 @@ class Actions(MotionWriter):
         return [ResultPiece(text=text) for text in found]
 
     def check_hold(self, text: str) -> None:
-        """Raise Impossible if the abort pin is driven before a motion, unless the target has an equivalent pin."""
+        """Raise Impossible if `text` drives the abort pin before a motion, and the target has no equivalent pin."""
         match = DRIVES.fullmatch(text)
         theirs = None if match is None else pin_of(self.source, match[3])
         mine = self.sheet.role("abort")
@@ -202,7 +202,7 @@ class Actions(MotionWriter):
         raise Impossible("acts on the start of the next motion", limit, "start the motion later")
 
     def on_query(self, action: Query) -> list[ResultPiece]:
-        """Return the comment that replaces a query, since the answer differs between parts."""
+        """Raise Impossible, since each part is queried differently; a comment replaces the query."""
         raise Impossible(
             action.text,
             f"the {self.sheet.part.upper()} is queried differently",
@@ -210,7 +210,7 @@ class Actions(MotionWriter):
         )
 
     def on_special(self, action: Special) -> list[ResultPiece]:
-        """Return the comment that replaces a command which other parts may not have."""
+        """Return the target's equivalent of a special command, if needed; raise Impossible if it has none."""
         theirs = self.source.commands.by_form.get(action.command)
         role = theirs.role if theirs is not None else ""
         if role == "pointer" and role in self.rows and action.needless:

@@ -1,4 +1,4 @@
-"""Common base of all action writers: copied commands, limits, and settings that the first motion needs."""
+"""The base of all action converters: copied commands, limits, and settings needed by the first motion."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ FULL_STEPS = 4  # patterns of the phases; above these the parts differ
 
 
 class Impossible(Exception):
-    """An action that the target cannot perform: the limit, and advice to the user."""
+    """An error: the target cannot perform an action; with the limit that prevents it, and advice to the user."""
 
     def __init__(self, description: str, limit: str, remedy: str = "") -> None:
         super().__init__(description)
@@ -48,7 +48,7 @@ class Impossible(Exception):
 
 
 class ActionWriter:
-    """A converter of actions to instructions."""
+    """The base class of converters of actions to the target's instructions."""
 
     def __init__(self, source: Sheet, sheet: Sheet, hz: int, rates: Rates, used: Mapping[str, Collection[int]]) -> None:
         self.source, self.sheet, self.hz, self.rates = source, sheet, hz, rates
@@ -77,7 +77,7 @@ class ActionWriter:
 
     # ------------------------------------------------------------------------------------------------------ every kind
     def pieces(self, action: Action) -> list[ResultPiece]:
-        """Return the instructions for an action, and record its verdict."""
+        """Return the instructions for an action, and record any verdict on it."""
         if action.axis > self.sheet.axes:
             has = "1 axis" if self.sheet.axes == 1 else f"{self.sheet.axes} axes"
             limit = f"the {self.sheet.part.upper()} has {has} ({self.sheet.manual})"
@@ -107,14 +107,14 @@ class ActionWriter:
         return self.placed(action, self.in_order(action, first, found))
 
     def ended(self, action: Action) -> list[ResultPiece]:
-        """Return the wait for the end of a motion during which the host acted; the host's next command follows it."""
+        """Return any pending wait for the end of a motion, unless `action` still acts during that motion."""
         if self.unended is None or acts_during_motion(action):
             return []
         found, self.unended = [self.unended], None
         return found
 
     def unset_before(self, action: Action) -> list[ResultPiece]:
-        """Return the initial settings that must precede the first motion, such as the source's reset rates."""
+        """Return the initial settings that the first motion needs, such as the source's reset rates; else none."""
         if not isinstance(action, EnterProgram | Motion):
             return []
         commands = self.rates.first(self.reset) if self.reset is not None else []
@@ -123,7 +123,7 @@ class ActionWriter:
         return found
 
     def start(self, actions: Sequence[Action]) -> None:
-        """Record the commands that give the target the source's initial state: position 0 and the reset direction."""
+        """Record the commands that give the target the source's initial state: position 0, reset direction."""
         relative = placed = False
         skipped = skips(actions)
         for action in actions:
@@ -149,7 +149,7 @@ class ActionWriter:
                     self.known_values["sign"] = action.sign
 
     def in_order(self, action: Action, first: list[ResultPiece], found: list[ResultPiece]) -> list[ResultPiece]:
-        """Return the rate settings followed by the pieces; settings allowed only in a program follow its entry."""
+        """Return `first`, the initial settings, then `found`; settings allowed only in programs follow the entry."""
         if first and isinstance(action, EnterProgram) and first[0].row is not None and "i" not in first[0].row.when:
             for piece in first:
                 piece.block = action.number
@@ -157,7 +157,7 @@ class ActionWriter:
         return [*first, *found]
 
     def placed(self, action: Action, pieces: list[ResultPiece]) -> list[ResultPiece]:
-        """Return the pieces with their line and block set."""
+        """Return the pieces, after giving those without a source line or block the line or block of the action."""
         for piece in pieces:
             piece.source = piece.source or action.line
             if piece.block < 0:
@@ -165,16 +165,16 @@ class ActionWriter:
         return pieces
 
     def impossible(self, action: Action, description: str, limit: str, remedy: str) -> list[ResultPiece]:
-        """Record that an action is not possible; return the comment that takes its place."""
+        """Record that an action is not possible, and return the comment that takes its place."""
         self.note(LineVerdict(action.line, LineKind.IMPOSSIBLE, description or action.text, limit, remedy))
         return [ResultPiece(comment=f"NOT POSSIBLE: {action.text}: {limit}")]
 
     def note(self, verdict: LineVerdict) -> None:
-        """Record a verdict."""
+        """Record a verdict on a line."""
         self.verdicts.append(verdict)
 
     def copied(self, action: Action) -> ResultPiece | None:
-        """Return the command of the source, if the target has the same command, else None."""
+        """Return the source's command for an action if the target has the same one and can use it here, else None."""
         if not action.command or isinstance(action, SetProfile | Label | Jump | Loop | EnterProgram | LeaveProgram):
             return None
         if isinstance(action, RunProgram) and "pointer" in self.rows:
@@ -203,7 +203,7 @@ class ActionWriter:
         return ResultPiece(mine, action.values, action.text if self.verbatim else "")
 
     def values_after(self, action: Action) -> None:
-        """Update distance and direction after a command that was copied."""
+        """Update the known distance and direction after a copied command."""
         if isinstance(action, SetDistance):
             self.known_values["distance"] = action.steps
             self.replaced = False
@@ -213,26 +213,26 @@ class ActionWriter:
             self.known_values.pop("sign", None)
 
     def is_single(self, action: Action) -> bool:
-        """Return whether an action is a single step, for which the source has a command of its own."""
+        """Return whether an action was written with the source's separate command for a single step."""
         row = self.source.commands.by_form.get(action.command)
         return row is not None and row.role == "single"
 
     def row(self, role: str) -> Row:
-        """Return the command with a role; raise Impossible if the target has no such command."""
+        """Return the target's command with a role; raise Impossible if the target has no such command."""
         row = self.rows.get(role)
         if row is None:
             raise Impossible("", no_command(self.sheet, role))
         return row
 
     def fitting(self, row: Row, arg: Arg, value: int, remedy: str = "") -> int:
-        """Return the value if the argument allows it; raise Impossible if it is out of range."""
+        """Return `value` if the argument allows it; raise Impossible, with `remedy` as advice, if it does not."""
         if not arg.allows(value):
             raise Impossible(f"{value}", out_of(self.sheet, row, arg), remedy)
         return value
 
 
 def skips(actions: Sequence[Action]) -> set[int]:
-    """Return the programs in which a path skips commands, by a forward jump or a start at a label."""
+    """Return the numbers of the programs with a path that skips commands: a forward jump, a start at a label."""
     found, passed, entered = set(), set(), {action.at for action in actions if isinstance(action, RunProgram)}
     for action in actions:
         if isinstance(action, Label):
@@ -245,7 +245,7 @@ def skips(actions: Sequence[Action]) -> set[int]:
 
 
 def alike(theirs: Row, mine: Row) -> bool:
-    """Return whether a command has the same meaning in two parts: the same role, flow and units; ranges may differ."""
+    """Return whether commands of two parts mean the same: equal role, flow and units; ranges may differ."""
     if takes_part(theirs, ()) or any(arg.name == "target" for arg in theirs.args):
         return False
     same = (theirs.role, theirs.flow, theirs.at_once, theirs.motion) == (

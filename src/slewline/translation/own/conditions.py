@@ -1,4 +1,4 @@
-"""Waits and branches of the target: the tests that its commands make, and tests composed of them."""
+"""Waits and branches of the target: the tests that its commands make, and tests made of several commands."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ WAIT_INPUT, BRANCH_INPUT = 1, 2  # input of commands that name no input
 
 
 class CannotTest(Exception):
-    """A condition that the target cannot test: the limit, and advice to the user."""
+    """An error: the target cannot test a condition; with the limit that prevents it, and advice to the user."""
 
     def __init__(self, limit: str, remedy: str = "") -> None:
         super().__init__(limit)
@@ -26,7 +26,7 @@ class CannotTest(Exception):
 
 
 class Conditions:
-    """Conditions that a part can wait for and branch on."""
+    """The input conditions that a part can wait for and branch on."""
 
     def __init__(self, sheet: Sheet, used: Collection[int]) -> None:
         self.sheet, self.rows = sheet, rows_by_role(sheet)
@@ -34,7 +34,7 @@ class Conditions:
         self._fresh = 0
 
     def fresh(self) -> str:
-        """Return the name of a new label."""
+        """Return a label name that has not been used yet."""
         self._fresh += 1
         return f"here{self._fresh}"
 
@@ -70,7 +70,7 @@ class Conditions:
 
     # -------------------------------------------------------------------------------------------------------- branches
     def jump(self, to: str, at_start: bool) -> list[ResultPiece]:
-        """Return the instructions that continue at a label."""
+        """Return the instructions that continue at the label `to`; `at_start`: it is at the start of the program."""
         if "jump" in self.rows:
             return [ResultPiece(self.rows["jump"], (Goto(to),))]
         again = self.rows.get("run")
@@ -79,7 +79,7 @@ class Conditions:
         raise CannotTest(no_command(self.sheet, "jump"), "let the host run the program again")
 
     def branch(self, inputs: tuple[Input, ...], to: str, at_start: bool) -> list[ResultPiece]:
-        """Return the instructions that continue at a label if all inputs have their required levels."""
+        """Return the instructions that continue at the label `to` if all inputs have their required levels."""
         for one in inputs:
             self.check(one.number)
         if "branch_inputs" in self.rows:
@@ -95,7 +95,7 @@ class Conditions:
         return self._one_input(one, to, at_start)
 
     def _all_inputs(self, inputs: tuple[Input, ...], to: str) -> list[ResultPiece]:
-        """Return one branch per matching combination of levels; inputs that the program never tests count as high."""
+        """Return a branch for each combination of levels that fulfils the condition; untested inputs count as high."""
         given = {one.number: one.level for one in inputs}
         row = self.rows["branch_inputs"]
         wanted = [
@@ -108,7 +108,7 @@ class Conditions:
         return [ResultPiece(row, (levels, Goto(to))) for levels in wanted]
 
     def _one_input(self, one: Input, to: str, at_start: bool) -> list[ResultPiece]:
-        """Return a branch by a command that tests a single input for one level."""
+        """Return the instructions of a branch, made with a command that tests a single input for one level."""
         for role, level in (("branch_low", 0), ("branch_high", 1)):
             row = self.rows.get(role)
             if row is None:
@@ -134,5 +134,5 @@ class Conditions:
 
 
 def bit(one: Input) -> int:
-    """Return the number that selects an input and its level."""
+    """Return the number with which a command selects an input and a level."""
     return FIRST_INPUT_BIT + one.number - 1 + (0 if one.level else LOW_BIT)

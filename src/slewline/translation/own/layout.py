@@ -1,4 +1,4 @@
-"""Instructions with symbolic targets -> lines of text: labels are letters if the part has them, else addresses."""
+"""Instructions with symbolic jump targets -> text: labels become letters if the part has them, else addresses."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ ROUNDS = 8  # addresses as text vary in length: the layout settles after a few p
 
 @dataclass(frozen=True, slots=True)
 class Goto:
-    """A jump target: the address of an instruction, given by the name of its label."""
+    """A jump target: an instruction, given by the name of its label."""
 
     name: str
 
 
 @dataclass(slots=True)
 class ResultPiece:
-    """A line of the result before layout: an instruction, or another text (`row` is None).
+    """A line of the result before layout: an instruction or, if `row` is None, another text.
 
-    If an instruction has a `text`, that text is written, because its values do not include a prefix, a
-    string or "#".  `labels` name the instruction; `source` is the source line, `block` the stored program
-    that the instruction belongs to, and `program` the program that it enters, leaves or runs.
+    If an instruction has a `text`, that text is written instead of its values, which do not include a
+    prefix, a string or "#".  `labels` name the instruction; `source` is the source line, `block` the stored
+    program that the instruction belongs to, and `program` the program that it enters, leaves or runs.
     """
 
     row: Row | None = None
@@ -56,7 +56,7 @@ class ResultLayout:
                 break
 
     def text(self, piece: ResultPiece) -> str:
-        """Return a line of the result without its comment."""
+        """Return the text of a line of the result, without its comment."""
         if piece.row is None:
             return piece.text  # another text, or a line that does not fit
         names = [self.letters[piece.block, name] for name in piece.labels if (piece.block, name) in self.letters]
@@ -80,7 +80,7 @@ class ResultLayout:
         return self.addresses.get((block, value.name), 0)
 
     def _name(self, block: int) -> None:
-        """Assign letters to a program's labels, the source's if possible; if they are too few, assign none."""
+        """Assign letters to a program's labels, if possible the source's; none if there are too few letters."""
         inside = [piece for piece in self.pieces if piece.block == block and piece.row is not None]
         used = dict.fromkeys(
             value.name for piece in inside for value in piece.values if isinstance(value, Goto) and takes_label(piece)
@@ -92,7 +92,7 @@ class ResultLayout:
             self.letters[block, name] = name if name in self.sheet.labels else free.pop(0)
 
     def _place(self, block: int) -> int:
-        """Assign addresses to the labels of a program; return its size."""
+        """Assign addresses to the labels of a program; return the size of the program."""
         address = 0
         for piece in self.pieces:
             if piece.block != block:
@@ -117,10 +117,10 @@ def takes_label(piece: ResultPiece) -> bool:
 
 
 def has_tokens(dialect: Dialect[Row]) -> bool:
-    """Return whether the program memory stores opcodes instead of text."""
+    """Return whether parts with this dialect store opcodes, rather than text, in the program memory."""
     return type(dialect).stored is Dialect.stored
 
 
 def alone(pieces: Iterable[ResultPiece], source: int) -> list[ResultPiece]:
-    """Return pieces with `source` as their source line."""
+    """Return copies of the pieces with `source` as their source line."""
     return [replace(piece, source=source) for piece in pieces]

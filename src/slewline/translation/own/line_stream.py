@@ -1,8 +1,8 @@
 """The actions of a program, in the target's order.
 
-A part that can move only in a stored program gets such a program: the commands that a host sends to the source are
-put into programs, and settings sent before or after the entry of a program go to the head of that program.  For a
-part that acts immediately, the settings at the head of a program are moved before the program, where they take no
+For a target that can move only in a stored program, the commands that a host sends to the source are put into
+programs, and settings sent before or after the entry of a program go to the head of that program.  For a target that
+acts immediately, the settings at the head of a program are moved to a place before its entry, where they take no
 memory.
 """
 
@@ -40,7 +40,7 @@ STORABLE = (*SETTINGS, SetEndless, Motion, SetOutput, WaitInput, Delay)
 
 @dataclass(slots=True)
 class StreamStep:
-    """An action, or the comment of a line without an action; `first`: the line's comment belongs to this step."""
+    """An action, or a line without one (`action` is None); `first`: the line's comment belongs to this step."""
 
     action: Action | None
     line: Line
@@ -49,7 +49,7 @@ class StreamStep:
 
 
 def steps_of(program: Program) -> list[StreamStep]:
-    """Return all actions, in the order of the text."""
+    """Return all actions of a program, and its lines without an action, in the order of the text."""
     found = []
     for line in program.lines:
         actions = line.actions or (None,)
@@ -58,7 +58,7 @@ def steps_of(program: Program) -> list[StreamStep]:
 
 
 def arranged(program: Program, source: Sheet, sheet: Sheet) -> list[StreamStep]:
-    """Return the actions in the order of a target that stores programs."""
+    """Return the actions of a program in the order needed by the target `sheet`, a part that stores programs."""
     steps = steps_of(program)
     move = next(iter((*sheet.acting("move"), *sheet.acting("absolute"))), None)
     if move is not None and "i" not in move.when:
@@ -69,7 +69,7 @@ def arranged(program: Program, source: Sheet, sheet: Sheet) -> list[StreamStep]:
 
 # ------------------------------------------------------------------------------------------------ programs for a module
 def stored_only(steps: list[StreamStep]) -> list[StreamStep]:
-    """Return the steps, with all motions, waits and outputs inside programs."""
+    """Return the steps, after moving all motions, waits for inputs, delays and outputs into programs."""
     found: list[StreamStep] = []
     pending: list[StreamStep] = []
     over: list[StreamStep] = []  # the wait for the end of a program, after the directives that act while it runs
@@ -121,7 +121,7 @@ def stored_only(steps: list[StreamStep]) -> list[StreamStep]:
 
 
 def again(program: list[StreamStep], number: int) -> list[StreamStep]:
-    """Return the steps that enter and run a program again after another program has replaced it."""
+    """Return the steps that enter and run a stored program once more, because another program has replaced it."""
     found: list[StreamStep] = []
     for step in program:
         match step.action:
@@ -141,7 +141,7 @@ def acts(step: StreamStep) -> bool:
 
 
 def programs(steps: list[StreamStep], after: Action) -> Iterator[list[StreamStep]]:
-    """Yield the steps of each program to be run; the last motion is its own program if the host acts during it."""
+    """Yield each program's steps; if `after` acts during the last motion, that motion gets its own program."""
     if not any(acts(each) for each in steps):
         return
     last = max((n for n, each in enumerate(steps) if isinstance(each.action, Motion)), default=0)
@@ -152,7 +152,7 @@ def programs(steps: list[StreamStep], after: Action) -> Iterator[list[StreamStep
 
 
 def wrapped(steps: list[StreamStep], number: int) -> list[StreamStep]:
-    """Return steps as program `number`, which is entered and then run."""
+    """Return the steps as program `number`, with the commands that begin its entry, end its entry and run it."""
     nowhere = Line(0)
     inside = [replace(each, action=within(each.action, number)) for each in steps]
     last = max((n for n, each in enumerate(steps) if each.action is not None), default=len(steps) - 1) + 1
@@ -161,7 +161,7 @@ def wrapped(steps: list[StreamStep], number: int) -> list[StreamStep]:
 
 
 def waits(steps: list[StreamStep]) -> list[StreamStep]:
-    """Return the wait for the end of a program with these steps, or an empty list if the program is endless."""
+    """Return a wait for the end of a program that has these steps; an empty list if the program is endless."""
     endless = any(isinstance(each.action, RunEndless) and each.action.until is None for each in steps)
     return [] if endless else [StreamStep(HostDirective(text="@until ready"), Line(0))]
 
@@ -197,13 +197,13 @@ def whole(steps: list[StreamStep], at: int, before: list[StreamStep]) -> tuple[l
 
 
 def within(action: Action | None, number: int) -> Action | None:
-    """Return an action as part of program `number`; None remains None."""
+    """Return an action as an action of program `number`; None remains None."""
     return None if action is None else replace(action, block=number)
 
 
 # ------------------------------------------------------------------------------------------- programs for other parts
 def hoisted(steps: list[StreamStep]) -> list[StreamStep]:
-    """Return the steps with each program's head settings moved before its entry, unless its body sets rates."""
+    """Return all steps; rate settings at a program's head precede its entry, unless its body sets rates."""
     found: list[StreamStep] = []
     at = 0
     while at < len(steps):

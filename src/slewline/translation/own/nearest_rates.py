@@ -1,8 +1,8 @@
 """The target's rates and ramps: consecutive settings form a group, which sets one profile.
 
 A parameter of the source need not have a counterpart in the target: CY512 R and S also determine a start rate, which
-the CY525 sets with F.  So a group is processed as a whole: its last profile is fitted, each command becomes the
-target's command for the same value, and other changed values are set after the last command.
+the CY525 sets with F.  So a group is processed as a whole: the profile after its last setting is fitted, each command
+becomes the target's command for the same value, and other changed values are set after the last command.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ SAMPLES = tuple(dict.fromkeys(int(2 * 1.15**n) for n in range(57)))  # steps of 
 
 @dataclass(slots=True)
 class Group:
-    """Settings without a motion, label or host command between them."""
+    """Settings of a profile without a motion, label or host command between them."""
 
     actions: list[SetProfile] = field(default_factory=list)
 
@@ -41,7 +41,7 @@ class Group:
 
 
 class Rates:
-    """Rates and ramps of a result."""
+    """The rates and ramps of a translated program."""
 
     def __init__(self, steps: Sequence[StreamStep], source: Profiles | None, target: Profiles | None) -> None:
         self.source, self.target = source, target
@@ -55,7 +55,7 @@ class Rates:
         self.emitted: dict[int, set[str]] = {}  # forms, by group
 
     def _defaults(self) -> dict[str, int]:
-        """Return the parameters of the target after a reset."""
+        """Return the target's parameter values after a reset, keyed by command form; zeros are omitted."""
         if self.target is None:
             return {}
         sheet = self.target.sheet
@@ -63,7 +63,7 @@ class Rates:
         return {form: letters[form] for form in self.forms if letters.get(form)}
 
     def _constants(self) -> dict[str, int]:
-        """Return the parameters that have the same value throughout the program."""
+        """Return the target's parameters that have the same value in all groups, keyed by command form."""
         values: dict[str, set[int]] = {}
         for group in {id(each): each for each in self.groups.values()}.values():
             if group.profile is not None and self.target is not None:
@@ -72,18 +72,18 @@ class Rates:
         return {form: next(iter(found)) for form, found in values.items() if len(found) == 1}
 
     def joined(self) -> None:
-        """Drop the values that may differ between the paths that meet at this point."""
+        """Forget the parameter values that may differ between the paths that meet at this point of the program."""
         self.known_values = {
             form: value for form, value in self.known_values.items() if self.constant.get(form) == value
         }
 
     def restarted(self) -> None:
-        """Set the registers to their values after a reset."""
+        """Set the known parameter values to those after a reset."""
         self.known_values = dict(self.reset)
 
     # ------------------------------------------------------------------------------------------------------- settings
     def setting(self, action: SetProfile) -> tuple[list[tuple[Row, int]], list[LineVerdict]]:
-        """Return the commands of the target for a setting, and its verdicts."""
+        """Return the target's commands for a setting, each with its value, and the verdicts on the setting."""
         group = self.groups[id(action)]
         if self.source is not None and self.target is not None and self.source.sheet is self.target.sheet:
             row = self.target.sheet.commands.by_form[action.command]
@@ -118,7 +118,7 @@ class Rates:
         return iter(self.groups.values())
 
     def _forms(self, action: SetProfile, fitted: Fitted, done: set[str]) -> Iterator[str]:
-        """Yield the forms of the target commands for a source setting, except those already written for the group."""
+        """Yield the forms of the target's commands for a setting, except those already written for its group."""
         assert self.target is not None  # noqa: S101
         role = ROLES[action.sets]
         same = next((row for name, row in self.target.rows.items() if row.form == action.command), None)
@@ -131,7 +131,7 @@ class Rates:
             yield row.form
 
     def _verdict(self, action: SetProfile, wanted: Profile, fitted: Fitted) -> LineVerdict:
-        """Return the verdict on a rate or a ramp."""
+        """Return the verdict on the setting of a rate or a ramp."""
         assert self.target is not None  # noqa: S101
         sheet, got = self.target.sheet, fitted.profile
         role = ROLES[action.sets]
@@ -183,7 +183,7 @@ class Rates:
         return LineVerdict(action.line, LineKind.IMPOSSIBLE, description, limit, remedy, off=off, off_ps=difference)
 
     def span(self, role: str) -> str:
-        """Return a text that states the range of rates that a target command can set."""
+        """Return a text that states the range of rates that the target's command with a role can set."""
         assert self.target is not None  # noqa: S101
         low, high = self.target.ends(role)
         return f"{low:.0f} to {high:.0f} steps/s"
@@ -192,8 +192,8 @@ class Rates:
     def motion(self, action: Motion) -> LineVerdict:
         """Return the verdict on a motion, based on its time from the first step to the last.
 
-        For a motion whose profile or steps depend on the path, this is the worst verdict over the profiles that the
-        program sets, and over moves of any length.
+        If the profile or the number of steps depends on the path, this is the worst verdict over all profiles that the
+        program sets, or over moves of various lengths.
         """
         steps = action.steps if isinstance(action, MoveBy | MoveTo) else None
         if isinstance(action, MoveBy) and steps is None:
@@ -222,7 +222,7 @@ class Rates:
         return LineVerdict(action.line, kind, description, limit, remedy, off=off, off_ps=after - before)
 
     def _sister(self, action: SetProfile) -> Row | None:
-        """Return the target's identical command for a setting; None if it has none or its ramps follow another law."""
+        """Return the target's identical command for a setting; None if it, the crystal or the ramp law differs."""
         if self.source is None or self.target is None or self.source.hz != self.target.hz:
             return None
         if type(self.source.calculator) is not type(self.target.calculator):
@@ -231,10 +231,10 @@ class Rates:
         return mine if mine == theirs else None
 
     def _lengths(self, profile: Profile, steps: int | None) -> Sequence[int]:
-        """Return the steps of a motion; if unknown, a variety of lengths: short, and just longer than both ramps.
+        """Return the lengths to compare, in steps: that of the motion or, if it is unknown, a variety of lengths.
 
-        The latter are included because a part that would slew for only a few steps may instead make them at its
-        first rate.
+        The variety includes lengths just longer than both ramps, because a part that would slew for only a few
+        steps may instead make them at its start rate.
         """
         if steps:
             return (steps,)
@@ -245,14 +245,14 @@ class Rates:
         return [*SAMPLES, *(length for length in (*longer, *shorter) if length > 1)]
 
     def _profiles(self) -> list[Profile]:
-        """Return the profiles that the program sets."""
+        """Return the different profiles that the program sets."""
         found = {
             (each.start, each.top, each.time_ps): each for group in self._all() if (each := group.profile) is not None
         }
         return list(found.values())
 
     def _off(self, profile: Profile, steps: int) -> tuple[float, int, int]:
-        """Return the relative error in the time of a move, and the times in the source and in the target, ps."""
+        """Return the relative error in a move's time, and the times in source and target, ps; zeros if unknown."""
         assert self.source is not None and self.target is not None  # noqa: S101
         before = self.source.move_ps(profile, steps)
         after = self.target.move_ps(self.target.fit(profile).profile, steps)
@@ -261,7 +261,7 @@ class Rates:
         return abs(after - before) / before, before, after
 
     def first(self, profile: Profile) -> list[tuple[Row, int]]:
-        """Return the commands for a motion that uses the source's reset values, because nothing is set before it."""
+        """Return the commands that set `profile`, the source's reset values, before a motion that relies on it."""
         if self.target is None:
             return []
         values = self.target.fit(profile).values
@@ -271,7 +271,7 @@ class Rates:
 
 
 def groups(steps: Sequence[StreamStep]) -> Iterator[Group]:
-    """Yield the groups of settings."""
+    """Yield the groups of consecutive profile settings."""
     group = Group()
     for step in steps:
         action = step.action
@@ -290,5 +290,5 @@ def groups(steps: Sequence[StreamStep]) -> Iterator[Group]:
 
 
 def percent(off: float) -> str:
-    """Return a fraction as text."""
+    """Return a fraction as a percentage, in text form."""
     return f"{100 * off:.2g} %" if off < 1 else f"{100 * off:.0f} %"

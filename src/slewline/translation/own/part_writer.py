@@ -1,4 +1,4 @@
-"""The writer for our own parts."""
+"""The writer of programs for our own parts."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class OwnWriter:
         program: the effect of the program.
         part: the target.
         options: the user's options, including the crystal of the target.
-        source_hz: the crystal of the source, Hz; None: its usual crystal.
+        source_hz: the crystal frequency of the source, Hz; None: that of its usual crystal.
     """
 
     def __init__(self, program: Program, part: str, options: WriterOptions, source_hz: int | None = None) -> None:
@@ -84,7 +84,7 @@ class OwnWriter:
         self._learn()
 
     def write(self) -> Written:
-        """Return the program in the dialect of the target."""
+        """Return the program in the dialect of the target, with its verdicts, wiring and assumptions."""
         pieces = self._pieces()
         layout = ResultLayout(self.sheet, pieces)
         verdicts = [*self.actions.verdicts, *self._too_large(layout), *self._refused(pieces), *self._moved()]
@@ -109,7 +109,7 @@ class OwnWriter:
         return Written(tuple(lines), tuple(verdicts), tuple(self._wiring()), tuple(assumed))
 
     def _refused(self, pieces: list[ResultPiece]) -> list[LineVerdict]:
-        """Return the linter's errors in the result, such as a counter limit; the commands concerned become comments."""
+        """Turn lines with linter errors, such as a counter limit, into comments; return verdicts on them."""
         found: list[LineVerdict] = []
         for _ in range(MOST_ROUNDS):
             layout = ResultLayout(self.sheet, pieces)
@@ -131,7 +131,7 @@ class OwnWriter:
         return found
 
     def _counted(self) -> list[tuple[str, str]]:
-        """Return assumptions about the position counters, if their limits differ and matter to the program."""
+        """Return the assumption that positions stay within both parts' counters, if these differ and it matters."""
         if not counts_positions(self.program):
             return []
         theirs, mine = counter_of(self.source), counter_of(self.sheet)
@@ -142,7 +142,7 @@ class OwnWriter:
 
     # ----------------------------------------------------------------------------------------- facts about the program
     def _used(self) -> dict[str, set[int]]:
-        """Return the inputs and outputs that the program uses; a branch on all inputs uses the ones required low."""
+        """Return the numbers of the inputs and outputs that the program uses, keyed by "inputs" and "outputs"."""
         inputs, outputs = set(), set()
         for action in self.program.actions:
             if isinstance(action, WaitInput):
@@ -190,7 +190,7 @@ class OwnWriter:
                 self.actions.fixed[name] = next(iter(values))  # type: ignore[assignment]
 
     def _show_ends(self, actions: list[Action]) -> None:
-        """Choose an unused output to show the end of programs, if the host waits for their end and no pin shows it."""
+        """Choose an unused output to show the end of programs, if the host waits for it and nothing else shows it."""
         free = [number for number in (3, 2, 1) if number not in self._used()["outputs"]]
         waits = any(
             isinstance(action, HostDirective) and waits_for_end(action.text, self.source, PROGRAM_OVER)
@@ -203,7 +203,7 @@ class OwnWriter:
 
     # --------------------------------------------------------------------------------------------------------- writing
     def _pieces(self) -> list[ResultPiece]:
-        """Return the result, line by line, with its comments."""
+        """Return the pieces of the result, line by line, with their comments."""
         found: list[ResultPiece] = []
         labels: list[str] = []
         for step in self.steps:
@@ -235,7 +235,7 @@ class OwnWriter:
 
     @staticmethod
     def _append(found: list[ResultPiece], piece: ResultPiece) -> None:
-        """Append a piece; of two equal waits in a row, keep the one that comes from the source."""
+        """Append a piece; of two equal waits in a row, keep only one, preferably one that has a source line."""
         if found and piece.text.startswith("@until") and found[-1].text == piece.text and not found[-1].comment:
             if found[-1].source:
                 return
@@ -243,7 +243,7 @@ class OwnWriter:
         found.append(piece)
 
     def _made(self, step: StreamStep) -> list[ResultPiece]:
-        """Return the instructions of a step; at the end of program entry, also the command that ends the program."""
+        """Return the instructions for a step; before the end of program entry, add any missing end of the program."""
         action = step.action
         if action is None:
             return []
@@ -261,7 +261,7 @@ class OwnWriter:
         return made
 
     def _runs_out(self) -> bool:
-        """Return whether the target needs a command that ends the program, where the source program has none."""
+        """Return whether the target needs a command to end the program where the source program has none."""
         if "stop" not in self.actions.rows:
             return False
         inside = [action for action in self.program.block(self.actions.program) if not isinstance(action, Label)]
@@ -272,7 +272,7 @@ class OwnWriter:
         return labelled or not (isinstance(last, EndProgram) or (isinstance(last, Jump) and not last.inputs))
 
     def _too_large(self, layout: ResultLayout) -> list[LineVerdict]:
-        """Return verdicts on programs that do not fit; they become comments, as half a program is worse than none."""
+        """Turn programs that do not fit into comments, as half a program is worse than none; return verdicts."""
         found = []
         for block, size in layout.sizes.items():
             if size <= self.sheet.buffer_bytes:
@@ -290,7 +290,7 @@ class OwnWriter:
         return found
 
     def _moved(self) -> list[LineVerdict]:
-        """Return verdicts on actions that have been moved to another place."""
+        """Return a verdict on each line with an action that has been moved to another place."""
         lines: dict[int, str] = {}
         for step in self.steps:
             if step.moved and step.action is not None:
@@ -298,7 +298,7 @@ class OwnWriter:
         return [LineVerdict(number, LineKind.SAME, f"moved {where}") for number, where in lines.items()]
 
     def _wiring(self) -> list[tuple[str, str, str]]:
-        """Return the wires that the program uses: purpose, source pin, and target pin (empty: there is none)."""
+        """Return the wires that the program uses: purpose, source pin, and target pin (empty if there is none)."""
         used = self._used()
         found = []
         for role in WIRED:
@@ -312,13 +312,13 @@ class OwnWriter:
         return found
 
     def _bit(self, kind: str, number: str) -> str:
-        """Return the name of the bit for an output or input; empty if the part does not select them by bits."""
+        """Return the target's bit name for an output or input; empty if the target does not select them by bits."""
         if kind not in ("output", "input") or "bits" not in self.actions.rows:
             return ""
         return f"usrb{int(number) - 1 + (3 if kind == 'input' else 0)}"
 
 
 def linted(text: str, part: str) -> list[str]:
-    """Return the errors that the linter finds in a result."""
+    """Return the messages of the errors that the linter finds in the program `text`."""
     sheet = sheet_of(part)
     return [problem.message for problem in lint(text, sheet, checks_of(part, sheet)) if problem.severity == "error"]

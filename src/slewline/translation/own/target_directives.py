@@ -1,4 +1,4 @@
-"""A host's directives between the commands: pins, translated by role, and waits until the part is ready."""
+"""A host's directives between commands: pins, translated by their roles, and waits until the part is ready."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ ALIKE = {"motion_complete": "moving", "moving": "motion_complete"}
 
 
 class Directives:
-    """The directives of a script, translated from one part to another.
+    """A translator of a script's directives from one part to another.
 
     Attributes:
-        stored: whether the script runs a stored program.
+        stored: whether the script enters or runs a stored program.
         end_pin: an output that programs set high at their end; empty: there is none.
     """
 
@@ -26,7 +26,7 @@ class Directives:
         self.source, self.sheet, self.stored, self.end_pin = source, sheet, False, ""
 
     def idle(self) -> list[str] | str:
-        """Return the directive that waits until no program runs, or a text that states why there is none."""
+        """Return the directive that waits until no program runs, or a text stating why the target has none."""
         sheet = self.sheet
         if sheet.enter is None:
             return [waiting(sheet, ("moving",))]
@@ -37,19 +37,19 @@ class Directives:
         return [waiting(sheet, ("running", "ready"))]
 
     def stop(self) -> list[str] | None:
-        """Return the directives that stop a motion through a pin, or None if the part has no such pin."""
+        """Return the directives that stop a motion by the abort pin, or None if the target has no such pin."""
         pin = self.sheet.role("abort")
         if pin is None or pin.active is None:
             return None
         return [f"@drive {pin.name}={pin.active}", at_rest(self.sheet), f"@drive {pin.name}={1 - pin.active}"]
 
     def stopping(self, row: Row) -> list[ResultPiece]:
-        """Return the instructions that stop a motion by a command, followed by an update if the command needs one."""
+        """Return the stop command `row`, followed by an update command if it takes effect only then."""
         update = next(iter(self.sheet.acting("update")), None)
         return [ResultPiece(row), *([ResultPiece(update)] if waits_for_update(row) and update is not None else [])]
 
     def translated(self, text: str) -> list[str] | str:
-        """Return the directives for the target, or a text that states why there are none."""
+        """Return the target's directives that replace a directive, or a text stating why it cannot be translated."""
         if self.source is self.sheet or (self.source.enter is None and self.sheet.enter is None and "=" not in text):
             return [text]  # the same host
         verb, _, rest = text.removeprefix("@").partition(" ")
@@ -72,7 +72,7 @@ class Directives:
         return self._pin(*match.groups())
 
     def _pin(self, verb: str, chip: str | None, name: str, level: str | None, rest: str) -> list[str] | str:
-        """Return a directive about a pin, of a named chip if given, for the target, or a text that states why not."""
+        """Return the target's form of a directive about a pin (of `chip`, if named), or a text stating why not."""
         chip = chip or ""
         theirs = pin_of(self.source, name)
         if theirs is None:
@@ -92,7 +92,7 @@ class Directives:
         return [f"@{verb} {chip}{mine.name}{shown}{f' {rest}' if rest and not rest.startswith('@') else rest}".rstrip()]
 
     def _braked(self, theirs: Pin, verb: str, level: str | None) -> list[str] | str:
-        """Return the stop command that replaces driving an abort pin, or a text if the part has no such command."""
+        """Return the stop command that replaces activating an abort pin, or a text if the target has none."""
         row = stopping_row(self.sheet, "brake")
         if row is None:
             return f"the {self.sheet.part.upper()} has no abort input ({self.sheet.manual})"
@@ -104,7 +104,7 @@ class Directives:
 
     @staticmethod
     def _level(theirs: Pin, mine: Pin, level: int) -> int:
-        """Return the level of the target's pin that means the same as a level of the source's pin."""
+        """Return the level of the target's pin with the same meaning as `level` of the source's pin."""
         if theirs.role in ALIKE and mine.role != theirs.role:
             return over(mine) if level == over(theirs) else 1 - over(mine)
         if theirs.sense is None or mine.sense is None or theirs.role.startswith(("input", "output")):
@@ -113,7 +113,7 @@ class Directives:
 
 
 def hides_the_end(sheet: Sheet) -> bool:
-    """Return whether neither a pin nor an answer of a part shows the end of a program."""
+    """Return whether a part shows the end of a program neither by a pin nor in answer to a query."""
     return sheet.role("running") is None and not sheet.acting("state")
 
 
@@ -129,7 +129,7 @@ def at_rest(sheet: Sheet) -> str:
 
 
 def waiting(sheet: Sheet, roles: tuple[str, ...]) -> str:
-    """Return the directive that waits for the first pin with one of the roles, or until a module is ready."""
+    """Return the directive that waits for the first pin with one of the roles; for a module, until it is ready."""
     if sheet.acting("state"):
         return "@until ready"
     pin = next(pin for role in roles if (pin := sheet.role(role)) is not None)

@@ -1,4 +1,4 @@
-"""Converts motions, and the settings of motions, to the target's instructions."""
+"""The converter of motions, and of the settings of motions, to the target's instructions."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ from .limits import no_command
 
 
 class MotionWriter(ActionWriter):
-    """A converter of motions and their settings to instructions."""
+    """A converter of motions and their settings to the target's instructions."""
 
     # ---------------------------------------------------------------------------------------------- settings of motions
     def on_setprofile(self, action: SetProfile) -> list[ResultPiece]:
-        """Return the instructions that set a rate or a ramp value."""
+        """Return the instructions that set a rate or a ramp."""
         commands, verdicts = self.rates.setting(action)
         self.verdicts += verdicts
         return [ResultPiece(row, (value,)) for row, value in commands]
 
     def on_setdistance(self, action: SetDistance) -> list[ResultPiece]:
-        """Return the instructions that set the steps of relative moves; none if the target's moves include them."""
+        """Return the instructions that set the steps of relative moves; none if each target move contains them."""
         row = self.rows.get("distance")
         if row is None:
             return []
@@ -44,7 +44,7 @@ class MotionWriter(ActionWriter):
         return [ResultPiece(row, (action.steps,))]
 
     def on_setdirection(self, action: SetDirection) -> list[ResultPiece]:
-        """Return the instructions that set the direction of relative moves."""
+        """Return the instructions that set the direction of relative moves; none if each target move contains it."""
         row = self.rows.get("plus" if action.sign > 0 else "minus")
         if row is None:
             return []
@@ -52,12 +52,12 @@ class MotionWriter(ActionWriter):
         return [ResultPiece(row)]
 
     def on_settarget(self, action: SetTarget) -> list[ResultPiece]:
-        """Return the instructions that set the target of the next motion; none if the motion itself includes it."""
+        """Return the instructions that set the position for the next motion; none if the motion contains it."""
         row = self.rows.get("target")
         return [] if row is None else [ResultPiece(row, (self.fitting(row, row.args[0], action.position),))]
 
     def on_setendless(self, action: SetEndless) -> list[ResultPiece]:
-        """Return the instructions that make the next motion endless; none if the run command itself does so."""
+        """Return the instructions that make the next motion endless; none if the target's run command does so."""
         if "endless" in self.rows:
             return []
         return [ResultPiece(self.row("endless_next"))]
@@ -99,7 +99,7 @@ class MotionWriter(ActionWriter):
         return found
 
     def set_move(self, action: MoveBy) -> list[ResultPiece]:
-        """Return the instructions that set distance and direction before a move, if they have changed."""
+        """Return the instructions that set distance and direction before a move, unless they are already set."""
         found: list[ResultPiece] = []
         if action.sign is not None and self.known_values.get("sign") != action.sign and not self.sets(SetDirection):
             found.append(ResultPiece(self.row("plus" if action.sign > 0 else "minus")))
@@ -115,7 +115,7 @@ class MotionWriter(ActionWriter):
         return found
 
     def sets(self, kind: type[Action]) -> bool:
-        """Return whether the source has a separate command for the distance or the direction, depending on `kind`."""
+        """Return whether the source has a separate command for the distance, or direction, according to `kind`."""
         return ("distance" if kind is SetDistance else "plus") in rows_by_role(self.source)
 
     def on_moveto(self, action: MoveTo) -> list[ResultPiece]:
@@ -131,7 +131,7 @@ class MotionWriter(ActionWriter):
         return [ResultPiece(row, (action.position,))]
 
     def targeted(self, action: MoveTo) -> list[ResultPiece]:
-        """Return the instructions for a move to a position that takes two commands, target and motion."""
+        """Return the instructions for a move to a position if they take two commands: set the position, then move."""
         assert action.position is not None  # noqa: S101
         row, go, found = self.row("target"), self.rows.get("update") or self.row("move"), []
         if action.steps == 0 and go.role == "update":  # a motion that would never be complete
@@ -160,7 +160,7 @@ class MotionWriter(ActionWriter):
         return [*found, wait]
 
     def on_runendless(self, action: RunEndless) -> list[ResultPiece]:
-        """Return the instructions for an endless run, or for a run until an input is low."""
+        """Return the instructions for an endless run, or, with `until`, for a run until an input is low."""
         if action.until is not None:
             row = self.row("until_input")
             self.conditions.check(action.until.number)
@@ -210,5 +210,5 @@ class MotionWriter(ActionWriter):
 
 
 def isinstance_target(action: MoveTo, source: Sheet) -> bool:
-    """Return whether the source sets the target with a separate command, so that it has already been set."""
+    """Return whether the source sets the target position by a separate command, translated before this move."""
     return "target" in rows_by_role(source) and action.command != "" and not action.values

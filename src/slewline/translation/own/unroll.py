@@ -1,8 +1,8 @@
 """Stored programs as host commands, for a part that stores no program: a loop becomes one set of lines per pass.
 
-Positions are tracked, since such a part makes only moves to positions; a program that never sets a position begins at
-0, and after a motion that may have ended early the position is unknown.  A branch on an input cannot be unrolled, and
-neither can a program that restarts forever; both are left unchanged, and the writer reports them.
+Positions are tracked, since such a part makes only moves to positions.  The position is assumed to be 0 at the start;
+after a motion that may have ended early, it is unknown.  A branch on an input cannot be unrolled, and neither can a
+program that restarts forever; both are left unchanged, and the writer reports them.
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ ENTERED = "the host sends the commands of the program where it is run"
 
 
 def unrolled(steps: list[StreamStep], most: int, source: Sheet, interrupted: bool) -> list[StreamStep]:
-    """Return steps without stored programs.
+    """Return the steps with each stored program replaced by host commands where it is run.
 
     Args:
         most: the maximum number of lines to which a program is unrolled.
         source: the data sheet of the source.
-        interrupted: whether the surroundings may end a motion early.
+        interrupted: whether something outside the program may end a motion early.
     """
     blocks: dict[int, list[StreamStep]] = {}
     for step in steps:
@@ -69,7 +69,7 @@ def unrolled(steps: list[StreamStep], most: int, source: Sheet, interrupted: boo
 
 
 def executed(block: list[StreamStep], at: str, most: int) -> list[StreamStep]:
-    """Return the steps that a program executes, line by line, starting at the label `at` or at its beginning."""
+    """Return the steps that a program executes, in order, from the label `at`, or from the start without one."""
     places = {step.action.name: n for n, step in enumerate(block) if isinstance(step.action, Label)}
     counts: dict[int, int] = {}
     found: list[StreamStep] = []
@@ -103,13 +103,13 @@ def executed(block: list[StreamStep], at: str, most: int) -> list[StreamStep]:
 
 
 def outside(step: StreamStep, here: int, seen: set[int]) -> StreamStep:
-    """Return a step as a host command; only the first of the commands made from a line keeps its comment."""
+    """Return a program's step as a host command; it has no comment if its index `here` is in `seen`."""
     action: Action | None = step.action
     return StreamStep(None if action is None else replace(action, block=-1), step.line, step.first and here not in seen)
 
 
 def followed(steps: list[StreamStep], source: Sheet, interrupted: bool) -> list[StreamStep]:
-    """Return steps in which every move from a known position is a move to a position."""
+    """Return the steps with each relative move from a known position replaced by a move to a position."""
     found: list[StreamStep] = []
     position: int | None = 0
     for step in steps:

@@ -1,7 +1,8 @@
-"""The proof of a translation: source and result are run, and their events are compared with the report.
+"""The proof of a translation: source and result are run, and the events of both runs are compared.
 
-play.py      one of our parts runs a text on a bench; an input changes when the part waits for it
-compare.py   two traces: moves, directions, outputs and inputs in order, times and rates within the report's bounds
-picture.py   a picture of both runs, overlaid
-prove.py     the whole proof, for our parts and for other targets
+play.py           one of our parts runs a text on a bench; an input changes when the part waits for it
+compare_runs.py   two traces: events in order, and times and rates within the report's bounds
+picture.py        a picture of both runs, overlaid
+prove.py          the whole proof, for our parts and for other targets
+prove_bench.py    the whole proof for a bench with several chips
 """

@@ -1,10 +1,11 @@
 """Comparison of two traces: events that only one of them contains, and differences in times and rates.
 
-Moves, outputs and inputs are compared in their order: for each move its steps, its time from the first step to the
-last, and its maximum rate; for the first move to a position after a run that was stopped, only its end; for a stored
-program, also the pauses from the last step, or from a change of an output or input, to the next first step or change.
-The duration of a wait for an input is not compared, and neither are pauses in which a host sends commands, since they
-depend on the host.
+Moves, outputs and inputs are compared in their order: for each move its steps, its time from the first
+step to the last, and its maximum rate; for the first move to a position after a run that was stopped,
+only the position that it reaches; for a stored program, also each pause: it begins with the last step
+of a move, or with a change of an output or input, and ends with the next first step or change.  The
+duration of a wait for an input is not compared, and neither are pauses in which a host sends commands,
+since both depend on the surroundings.
 """
 
 from __future__ import annotations
@@ -31,11 +32,11 @@ class StatedBounds:
         top: the maximum rate of the result, steps/s.
         pause: the allowed relative difference in delays.
         command_ps: an additional allowance for a pause, ps, because parts need time for a command.
-        hosted: the number of events at the start that are caused by host commands, whose pauses are not
-            compared; None: all.
-        runs: the number of times that a host runs a stored program; the pause before every run except the first
-            depends on the host.
-        long: moves with more steps than this reach the rate between the ramps on both sides.
+        hosted: the number of events at the start that host commands cause; the pauses before them are not
+            compared; None: no pauses are compared.
+        runs: the number of times that a host runs a stored program; the pause before every run except the
+            first depends on the host.
+        long: moves with more steps than this reach the rate between the ramps, in source and result.
     """
 
     time: float
@@ -53,12 +54,12 @@ class Compared:
     """The result of a comparison.
 
     Attributes:
-        moves, outputs, inputs: the numbers of compared moves, outputs and inputs.
+        moves, outputs, inputs: the numbers of compared moves, output changes and input changes.
         differences: differences beyond the bounds of the report, in words; empty: the translation is proven.
-        time_off: the greatest difference in a move time, as a fraction.
-        rate_off: the greatest difference in the maximum rate of a long move, as a fraction; None: there was no long
-            move.
-        pause_off_ps: the greatest difference in a pause, ps; None: no pauses were compared.
+        time_off: the greatest relative difference in a move time, as a fraction.
+        rate_off: the greatest relative difference in the maximum rate of a long move, as a fraction; None:
+            there was no long move.
+        pause_off_ps: the greatest difference in a pause that is within the bounds, ps; None: there is none.
         stated: the bounds stated in the report.
         cut: whether one of the runs had no end and was cut off, so that only the common part was compared.
     """
@@ -80,7 +81,7 @@ class Compared:
 
     @property
     def text(self) -> str:
-        """A description of what was compared, in one line."""
+        """The result of the comparison in one line: if proven, its extent; otherwise, the first difference."""
         counts = ((self.moves, "move"), (self.outputs, "output change"), (self.inputs, "input change"))
         what = ", ".join(counted(number, name) for number, name in counts if number)
         times = f"times within {100 * self.time_off:.2g} % (stated {100 * self.stated.time:.2g} %)"
@@ -109,9 +110,10 @@ def compared(
     """Return the comparison of two traces.
 
     Args:
+        one, two: the traces of source and result.
         bounds: the bounds stated in the report.
-        levels: the levels of the outputs at the start of each run, by number.
-        wired: the outputs that the result also has; the source's other outputs are left out.
+        levels: the initial output levels of the source and of the result, each by output number.
+        wired: the numbers of the outputs that the result has; the source's other outputs are left out.
     """
     theirs = [each for each in one.happened if each.kind != "output" or each.number in wired]
     every = sorted({*levels[0], *levels[1]})
@@ -125,7 +127,7 @@ def compared(
 
 
 def matched(theirs: Sequence[Happened], mine: Sequence[Happened], cut: bool, bounds: StatedBounds) -> Compared:
-    """Return the comparison of two lists of events; `cut`: one of the runs was cut off."""
+    """Return the comparison of the source's events and the result's; `cut`: one of the runs was cut off."""
     differences: list[str] = []
     late: list[str] = []
     time_off = 0.0
@@ -187,7 +189,7 @@ def paused(happened: Sequence[Happened]) -> list[tuple[Happened, int | None]]:
     """Return the events except delays, each with the pause before it, ps.
 
     The pause is None if it is unknown, or is a wait for an input.  A pause before or after a single step
-    counts as unknown, since some parts wait there for the period of their start rate.
+    counts as unknown, since some parts then wait for the period of their start rate.
     """
     found: list[tuple[Happened, int | None]] = []
     delays, over = 0, None
@@ -211,7 +213,10 @@ def subsets(numbers: Sequence[int]) -> list[set[int]]:
 
 
 def without(happened: Sequence[Happened], outputs: set[int]) -> list[Happened]:
-    """Return the events without the first change of each given output, the other part's initial level."""
+    """Return the events without the first change of each given output.
+
+    Such a change may only set the level that the output of the other part has from the start.
+    """
     found, left = [], set(outputs)
     for each in happened:
         if each.kind == "output" and each.number in left:

@@ -13,7 +13,7 @@ MARGIN_PS = 10**9
 
 
 def draw(proof: Proof, path: str, names: tuple[str, str]) -> None:
-    """Draw both runs overlaid, each starting with its first motion.
+    """Draw both runs overlaid, with time 0 at the first motion of each.
 
     Args:
         path: the file, SVG, PNG or PDF.
@@ -28,18 +28,18 @@ def draw(proof: Proof, path: str, names: tuple[str, str]) -> None:
 
 
 def track(name: str, run: Played) -> Track:
-    """Return the motion of axis 1 in a run."""
+    """Return the motion of axis 1 in a run, as a track of the picture with the given name."""
     axis = run.chip.axis(1)
     motor, motions = axis.motor, axis.motions()
     return Track(name, [Velocity(motor), Position(motor)], motions, zero=begins(run), until=run.bench.now_ps)
 
 
 def begins(run: Played) -> int:
-    """Return the start of the first motion of a run, ps."""
+    """Return the time at which the first motion of a run begins, ps; 0 if there is no motion."""
     return min((motion.time_ps for motion in run.chip.motions()), default=0)
 
 
 def ends(run: Played) -> int:
-    """Return the end of the last motion of a run, ps."""
+    """Return the time at which the last motion of a run ends, ps; the end of the run if no motion ends."""
     ends = [motion.end.time_ps for motion in run.chip.motions() if motion.end is not None]
     return max(ends, default=run.bench.now_ps)

@@ -1,9 +1,10 @@
 """Runs a text with one of our parts on a bench, and returns a trace.
 
-The inputs of a program that is to be proven are not wired.  So an input that the program waits for begins at the
-opposite level, and other inputs are open.  Whenever the part has waited for longer than any delay of the program, one
-of the inputs that the program tests changes: the same inputs in the same order on both sides, so that both take the
-same branches.  A script that drives the inputs is unchanged.
+In a proof, no signals are connected to the inputs.  So an input that the program waits for begins at
+the level opposite to the expected one, and all other inputs are open.  Whenever the part has waited for
+longer than any delay of the program, one of the inputs that the program tests changes.  For source and
+result, the same inputs change in the same order, so that both take the same branches.  If the text
+itself drives inputs, no others are changed.
 """
 
 from __future__ import annotations
@@ -39,10 +40,11 @@ class Scene:
 
     Attributes:
         inputs: the numbers of the inputs that change while a part waits.
-        start: the levels of inputs at the start, by number; other inputs are open.
+        start: pairs of an input's number and its level at the start; all other inputs are open.
         quiet_ps: the time without an event after which a part counts as waiting, ps.
         moves: the number of moves after which a run is cut off.
-        endless: whether the program has an endless motion; such a run is cut off when only steps follow.
+        endless: whether the program has an endless motion; its run is cut off after a long time with no
+            event except steps.
     """
 
     inputs: tuple[int, ...] = ()
@@ -54,7 +56,7 @@ class Scene:
 
 @dataclass(slots=True)
 class Played:
-    """A run: its trace, and its bench."""
+    """The run of a program: its trace, and the bench and the part on which it ran."""
 
     trace: PlayedTrace
     bench: Bench
@@ -65,10 +67,12 @@ class Played:
 def play(
     text: str, part: str, where: str, scene: Scene, wiring: Sequence[tuple[str, str]], crystal_hz: int | None = None
 ) -> Played:
-    """Run a text on a bench.
+    """Run a text with a part on a new bench, and return the run.
 
     Args:
+        where: the name of the text in messages.
         wiring: pairs of a pin's purpose, such as "output1", and the pin's name.
+        crystal_hz: the crystal of the part, Hz; None: its usual crystal.
 
     Raises:
         ProgramError: a line cannot be sent by a host.
@@ -95,12 +99,12 @@ def play(
 
 
 def numbered(wiring: Sequence[tuple[str, str]], kind: str) -> dict[int, str]:
-    """Return the pins of the outputs, or of the inputs, by number."""
+    """Return the pin names of the outputs or of the inputs, by number; `kind` is "output" or "input"."""
     return {int(role[-1]): name for role, name in wiring if role.startswith(kind) and name}
 
 
 def record_of(bench: Bench, chip: Chip, outputs: Mapping[int, str]) -> tuple[list[Happened], dict[int, int]]:
-    """Return the events of a part, and its output levels at the start.
+    """Return a part's motions and output changes, and its output levels at the start by output number.
 
     Args:
         outputs: the names of the recorded output pins, by output number.
@@ -117,14 +121,18 @@ def record_of(bench: Bench, chip: Chip, outputs: Mapping[int, str]) -> tuple[lis
 
 
 def trace_of(part: str, happened: list[Happened], stopped: bool) -> PlayedTrace:
-    """Return the events of a part as a trace, in order of time."""
+    """Return the events of a part as a trace, in order of time; `stopped`: the run was cut off."""
     order = {"input": 0, "output": 1, "move": 2, "run": 2, "delay": 3}
     in_order = sorted(happened, key=lambda each: (each.time_ps or 0, order[each.kind]))
     return PlayedTrace(f"the model of the {part}", tuple(in_order), stopped)
 
 
 def passed(bench: Bench, chip: Chip, scene: Scene, inputs: dict[int, str]) -> tuple[list[Happened], bool]:
-    """Let time pass until the run ends or is cut off; return the input changes, and whether it was cut off."""
+    """Let time pass until the run ends or is cut off, changing an input whenever the part waits.
+
+    Returns:
+        The input changes, and whether the run was cut off.
+    """
     changes: list[Happened] = []
     levels = {n: chip.pin(inputs[n]).level for n in scene.inputs if n in inputs} | dict(scene.start)
     active, after = bench.now_ps, made(chip)
@@ -158,14 +166,14 @@ def passed(bench: Bench, chip: Chip, scene: Scene, inputs: dict[int, str]) -> tu
 
 
 def made(chip: Chip) -> tuple[int, ...]:
-    """Return the total number of steps that a part has made, followed by the levels of its outputs."""
+    """Return the total number of steps made by all axes of a part, followed by the levels of its outputs."""
     outputs = (pin.name for pin in chip.sheet.pins if pin.in_out in ("out", "both") and pin.role.startswith("output"))
     steps = [chip.axis(n).motor.made for n in range(1, chip.sheet.axes + 1)]
     return (sum(steps), *(chip.pin(name).level or 0 for name in outputs))
 
 
 def moves(chip: Chip) -> list[Happened]:
-    """Return the motions of a part: steps, the time from the first step to the last, and the maximum rate."""
+    """Return the ended motions of a part as events: a "move" if it reached its end, a "run" if it was stopped."""
     found = []
     for number in range(1, chip.sheet.axes + 1):
         axis = chip.axis(number)

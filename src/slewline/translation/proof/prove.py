@@ -1,4 +1,4 @@
-"""Runs source and result, and compares them with the report."""
+"""Runs source and result of a translation, and compares them within the bounds in its report."""
 
 from __future__ import annotations
 
@@ -39,12 +39,12 @@ LEAST_EVENTS, MORE_EVENTS = 100, 4
 
 @dataclass(frozen=True, slots=True)
 class Proof:
-    """Result of a proof.
+    """The result of a proof.
 
     Attributes:
-        source, result: the runs; None: not run.
-        compared: the differences; None: the target cannot be run here.
-        by: the interpreter that ran the result.
+        source, result: the runs on a bench; None: not run on a bench.
+        compared: the comparison of the runs; None: the target cannot be run here.
+        by: the name of the interpreter that ran the result.
         lint: the linter's errors in the result.
     """
 
@@ -57,7 +57,7 @@ class Proof:
 
     @property
     def proven(self) -> bool:
-        """True if the result was run, and agrees with the report."""
+        """True if the result was run, agrees with the source within the report's bounds, and has no linter errors."""
         return self.compared is not None and self.compared.proven and not self.lint
 
 
@@ -89,7 +89,12 @@ def prove(done: Translation, source: Played | None = None) -> Proof:
 
 
 def played(program: Program, text: str, crystal_hz: int | None = None) -> Played:
-    """Return the run of the source of a translation.
+    """Return a run of the source of a translation.
+
+    Args:
+        program: the effect of the source.
+        text: the text of the source.
+        crystal_hz: the crystal of the source's part, Hz; None: its usual crystal.
 
     Raises:
         ProgramError: a line cannot be sent by a host.
@@ -98,7 +103,7 @@ def played(program: Program, text: str, crystal_hz: int | None = None) -> Played
 
 
 def around(scene: Scene, source: Played) -> dict[str, str]:
-    """Return the settings for reading a program back, so that its inputs change like those of the source."""
+    """Return the settings for reading the result back, so that its inputs change like those of the source."""
     found = {
         "waits": " ".join(map(str, scene.inputs)),
         "inputs": " ".join(f"{number}={level}" for number, level in scene.start),
@@ -109,7 +114,7 @@ def around(scene: Scene, source: Played) -> dict[str, str]:
 
 
 def scene_of(program: Program) -> Scene:
-    """Return the surroundings for a proof: the inputs that change, and the time after which a part is waiting."""
+    """Return the surroundings for a proof of a program, such as the inputs that change while a part waits."""
     inputs = {action.input.number for action in program.actions if isinstance(action, WaitInput)}
     inputs |= {one.number for action in program.actions if isinstance(action, Jump) for one in action.inputs}
     driven = any(
@@ -127,7 +132,7 @@ def scene_of(program: Program) -> Scene:
 
 
 def bounds_of(program: Program, report: Report) -> StatedBounds:
-    """Return the bounds in a report: the greatest differences in a motion time, in a rate, and in a delay."""
+    """Return the bounds for a comparison, such as the greatest differences in times and rates in the report."""
     moving = {action.line for action in program.actions if isinstance(action, Motion)}
     rates = {action.line for action in program.actions if isinstance(action, SetProfile) and action.sets != "ramp"}
     delays = {action.line for action in program.actions if isinstance(action, Delay)}
@@ -151,7 +156,10 @@ def bounds_of(program: Program, report: Report) -> StatedBounds:
 
 
 def hosted(program: Program) -> int | None:
-    """Return the number of initial events that host commands cause; None if they may cause any of the events."""
+    """Return the number of events that host commands cause before the host runs a stored program.
+
+    The result is None if host commands also cause events after this, or if no stored program is run.
+    """
     found, ran = 0, False
     for action in program.actions:
         if runs_it(action):

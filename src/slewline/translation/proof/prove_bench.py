@@ -1,4 +1,4 @@
-"""Runs a bench and its translation, and compares each chip; the wires are those in the files."""
+"""Runs a bench and its translation, each wired as its own file says, and compares their chips one by one."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from .prove import bounds_of
 
 @dataclass(frozen=True, slots=True)
 class BenchProof:
-    """The results of the comparison for every chip, by chip name."""
+    """The result of the comparison for every chip with a program, by chip name."""
 
     compared: Mapping[str, Compared]
 
     @property
     def proven(self) -> bool:
-        """True if every chip agrees with the report."""
+        """True if every chip agrees with its counterpart within the bounds of its report."""
         return all(each.proven for each in self.compared.values())
 
 
 def prove_bench(done: BenchTranslation, result: str | PathLike[str]) -> BenchProof:
-    """Run a bench file, and its translation from the file `result`, and compare their chips.
+    """Run a bench file, and its translation in the file `result`, and compare the chips of both.
 
     Raises:
         BenchFileError, ProgramError: the result is not a bench that runs.
@@ -56,7 +56,11 @@ def prove_bench(done: BenchTranslation, result: str | PathLike[str]) -> BenchPro
 
 
 def ran(path: str | PathLike[str], outputs: Mapping[str, Mapping[int, str]]) -> tuple[Bench, bool]:
-    """Run a bench file until it is idle; return the bench, and whether it was cut off at its timeout."""
+    """Run a bench file until it is idle; return the bench, and whether the run was cut off at its timeout.
+
+    Args:
+        outputs: the names of the pins to record, by chip name and output number.
+    """
     file = BenchFile(path)
     recorded = [f"{name}.{pin}" for name, pins in outputs.items() for pin in pins.values()]
     bench = file.load(lambda bench: bench.record(*recorded))

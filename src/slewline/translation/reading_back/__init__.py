@@ -1,12 +1,15 @@
-"""Reading back: parsers that share no code with the writers read their results, and run them on paper.
+"""Reading back: parsers that share no code with the writers run the writers' results on paper.
 
-"On paper" means that the statements are followed without the target; only rs274 is a target's own
-interpreter.
+"On paper" means that the statements are followed here, without the target.  Only rs274 runs a result in
+a target's own interpreter.
 
     surroundings.py     the inputs of such a run, and its events: a trace
-    linuxcnc_reader.py  O-words, parameters and expressions      rs274.py   the same text in LinuxCNC's own interpreter
-    grbl_reader.py      G-code as accepted by grbl 1.1           klipper_reader.py macros and their commands
-    tmcl_reader.py      assembler and processor for TMCL         sketch.py  the C++ of a sketch
+    linuxcnc_reader.py  O-words, parameters and expressions
+    rs274.py            the same text in LinuxCNC's own interpreter
+    grbl_reader.py      G-code as accepted by grbl 1.1
+    klipper_reader.py   macros and their commands
+    tmcl_reader.py      assembler and processor for TMCL
+    sketch.py           the C++ of a sketch
     script_reader.py    a host script, by Python's own parser
 
 Each parser accepts its target's language, as far as the writers use it, and refuses everything else: a

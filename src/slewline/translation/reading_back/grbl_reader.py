@@ -1,4 +1,7 @@
-"""G-code as accepted by grbl 1.1: no expressions, O-words or inputs; at most 79 characters per line, comments aside."""
+"""G-code as accepted by grbl 1.1: it has no expressions, O-words or inputs.
+
+A line has at most 79 characters, not counting comments.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +27,7 @@ WORD = re.compile(r"([A-Z])([-+]?\d+\.?\d*|[-+]?\.\d+)")
 
 
 def single(value: float) -> float:
-    """Return a number rounded to a 32-bit float, like all numbers in grbl."""
+    """Return a number rounded to a 32-bit float, the format of all numbers in grbl."""
     return float(struct.unpack("f", struct.pack("f", value))[0])
 
 
@@ -41,7 +44,7 @@ def read(text: str, options: WriterOptions) -> PlayedTrace:
 
 
 class Machine:
-    """A grbl board that processes line after line; like a host, a caller may also query its `status()`."""
+    """A grbl board that processes one line after another, and that returns a status report on request."""
 
     def __init__(self, options: WriterOptions) -> None:
         self.around = Surroundings(options)

@@ -1,7 +1,7 @@
-"""Klipper: configuration sections, macro templates, and the resulting commands.
+"""Klipper, run on paper: configuration sections, macro templates, and the commands from the templates.
 
-A template is evaluated as a whole before its first command runs, with the state at that time; the template of a
-delayed_gcode is evaluated in the same way when it is due.
+A template is evaluated as a whole before its first command runs, with the state at that time; the
+template of a delayed_gcode is evaluated in the same way when it is due.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class _Klipper:
         self.running: list[str] = []
 
     def _read(self, text: str) -> None:
-        """Read the sections, with the lines of their templates."""
+        """Read the sections of a configuration: their options, and the lines of their templates."""
         values: dict[str, Any] | None = None
         key = ""
         for number, line in enumerate(text.splitlines(), 1):
@@ -81,7 +81,7 @@ class _Klipper:
 
     # ------------------------------------------------------------------------------------------------------- templates
     def worked_out(self, lines: list[tuple[int, str]]) -> list[tuple[int, str]]:
-        """Return the commands that a template produces in the current state."""
+        """Return the commands that a template produces in the current state, each with its line number."""
         out: list[tuple[int, str]] = []
         self._template(lines, {}, out)
         return out
@@ -173,7 +173,7 @@ class _Klipper:
                 raise TypeError(ast.unparse(it))
 
     def _status(self, of: str, name: str) -> Any:
-        """Return a value of one of Klipper's objects, in the form in which a template reads it."""
+        """Return the value `name` of Klipper's object `of`, in the form in which a template reads it."""
         kind, _, which = of.partition(" ")
         if (kind, which) not in self.sections:
             raise KeyError(of)
@@ -184,7 +184,7 @@ class _Klipper:
 
     # -------------------------------------------------------------------------------------------------------- commands
     def run(self) -> None:
-        """Run the program, and its delayed G-code."""
+        """Run the macro PROGRAM, then each delayed_gcode that has been scheduled."""
         self._macro("PROGRAM", 0)
         while self.due:
             self.around.statement()
@@ -196,7 +196,7 @@ class _Klipper:
                 self._command(number, command)
 
     def _meet(self, lines: list[tuple[int, str]], name: str) -> None:
-        """End a wait that has no other end, by setting the input to the expected level."""
+        """If the delayed_gcode `name` repeats itself until an input has a level, set the input to this level."""
         again = any(f"ID={name} DURATION=0.02" in line for _, line in lines)
         found = re.search(r'gcode_button input(\d+)"\]\.state == "(\w+)"', lines[0][1])
         if again and found:

@@ -49,7 +49,7 @@ class _Return(Exception):
 
 
 def read(text: str, options: WriterOptions) -> PlayedTrace:
-    """Return the events of a program.
+    """Return the events of a LinuxCNC program.
 
     Raises:
         RefusedLine: LinuxCNC would not accept a line.
@@ -106,7 +106,7 @@ class _OWordMachine:
             place = self._flow(line, place)
 
     def _flow(self, line: _Line, place: int) -> int:
-        """Run the block that an O-word begins; return the index after its end."""
+        """Run the O-word line at index `place`, with the block that it begins if any; return the next index to run."""
         match line.word:
             case "sub":
                 last = self._find(place, line.label, "endsub")
@@ -173,7 +173,10 @@ class _OWordMachine:
         return value
 
     def _primary(self, text: str, line: _Line) -> tuple[float, str]:
-        """Return the value of a number, a parameter or an expression in brackets, and the text after it."""
+        """Return the value at the start of `text`, and the text after it.
+
+        The value is a number, a parameter or an expression in brackets, with or without a sign.
+        """
         found = TOKEN.match(text)
         if not found:
             raise RefusedLine(line.number, line.text, "a value is missing")
@@ -199,7 +202,10 @@ class _OWordMachine:
         raise RefusedLine(line.number, line.text, f"no value: {word or sign}")
 
     def _sum(self, text: str, line: _Line, least: int) -> tuple[float, str]:
-        """Return the value of the operations that bind more tightly than `least`, and the text that follows them."""
+        """Return the value of the expression at the start of `text`, and the text after it.
+
+        The expression ends before the first operator that does not bind more tightly than `least`.
+        """
         value, rest = self._primary(text, line)
         while found := TOKEN.match(rest):
             operator = (found[4] or found[5] or "").upper()
@@ -211,7 +217,7 @@ class _OWordMachine:
 
     # ---------------------------------------------------------------------------------------------------------- blocks
     def _block(self, line: _Line) -> None:
-        """Run a line that consists of words, or that assigns a value to a parameter."""
+        """Run a line without an O-word: G-code words, or the assignment of a value to a parameter."""
         assigned = re.match(r"#(?:<(\w+)>|(\d+))\s*=\s*(.+)$", line.text)
         if assigned:
             value, rest = self._sum(assigned[3], line, 0)

@@ -1,7 +1,8 @@
-"""Runs a program in LinuxCNC's own interpreter, `rs274` of the package linuxcnc-uspace, which prints the motions.
+"""Runs a program in LinuxCNC's own interpreter, rs274 (package linuxcnc-uspace), which prints the motions.
 
-It has no machine: inputs have the level of parameter 5399, a search ends at its target, and there are no times.
-rs274 is searched for on the PATH; SLEWLINE_RS274 sets another command for it, including any words before it, such as
+rs274 moves no machine: all inputs have the level in parameter 5399, a search for an input ends at its
+target, and there are no times.  rs274 is searched for on the PATH; SLEWLINE_RS274 sets another command
+for it, including any words before it, such as
 "env LD_LIBRARY_PATH=/opt/linuxcnc/lib /opt/linuxcnc/bin/rs274".
 """
 
@@ -28,7 +29,7 @@ CALL = re.compile(r"\s*\d+\s+N\S*\s+([A-Z_0-9]+)\((.*)\)")
 
 
 def command() -> list[str] | None:
-    """Return the words that call rs274, or None if it is not installed."""
+    """Return the words of the command that calls rs274, or None if rs274 is not installed."""
     named = os.environ.get("SLEWLINE_RS274")
     if named:
         return shlex.split(named)
@@ -39,7 +40,8 @@ def command() -> list[str] | None:
 def run(text: str, options: WriterOptions) -> PlayedTrace | None:
     """Return the events of a program in rs274.
 
-    The result is None if rs274 is not installed, or does not support the input levels.
+    The result is None if rs274 is not installed, or if the program needs input levels that rs274 cannot
+    provide: different levels, or changes.
 
     Raises:
         RefusedLine: rs274 does not accept the program.
@@ -65,7 +67,14 @@ def run(text: str, options: WriterOptions) -> PlayedTrace | None:
 
 
 def _called(words: Sequence[str], folder: str, errors: IO[bytes], around: Surroundings) -> bool:
-    """Run rs274, and record its output; return whether the program is endless."""
+    """Run rs274, and record the calls that it prints; return whether the program is endless.
+
+    Args:
+        words: the command, with its arguments.
+        folder: the home folder of rs274.
+        errors: the file for its error messages.
+        around: the record of the events.
+    """
     process = start(words, dict(os.environ) | {"HOME": folder}, errors)
     watch = threading.Timer(MOST_SECONDS, process.kill)
     watch.start()
@@ -79,7 +88,7 @@ def _called(words: Sequence[str], folder: str, errors: IO[bytes], around: Surrou
 
 
 def _follow(lines: Iterable[str], around: Surroundings) -> bool:
-    """Record the calls that rs274 prints; return whether the program is endless."""
+    """Record the calls in lines that rs274 prints; return whether the program is endless."""
     at = [0.0] * 9
     offset = [0.0] * 9
     for line in lines:

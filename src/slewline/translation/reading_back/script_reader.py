@@ -1,4 +1,4 @@
-"""A host script, run on paper: Python's parser reads it, and its statements are followed one by one, not executed."""
+"""A host script, run on paper: Python's parser reads it; its statements are followed, not executed."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class _Script:
             raise RefusedLine(board.lineno, board.name, f"without {', '.join(METHODS - offered)}")
 
     def called(self, name: str) -> None:
-        """Follow the statements of a function."""
+        """Follow the statements of the function with the given name."""
         if name not in self.functions:
             raise RefusedLine(0, name, "no such function")
         with suppress(_FunctionLeft):
@@ -139,7 +139,14 @@ class _Script:
         return {str(each.arg): self._value(each.value) for each in it.keywords}
 
     def _method(self, name: str, values: list[Any], named: dict[str, Any]) -> Any:
-        """Follow a call to a method of the board, through the commands that it sends to grbl."""
+        """Follow a call to a method of the script's board: process the commands that the method sends to grbl.
+
+        Args:
+            values, named: the positional and the keyword arguments of the call.
+
+        Returns:
+            The level of the input for the method "level"; None for other methods.
+        """
         spm = self.grbl.around.steps_per_mm
         letter = named.get("axis", AXES[0])
         match name:

@@ -1,6 +1,6 @@
-"""A sketch, run on paper: the C++ that the writers use, and the calls to Arduino and to the two stepper libraries.
+"""A sketch, run on paper: the writers' C++, and the calls to Arduino and to the two stepper libraries.
 
-A loop that repeats until an input has a level counts as a wait.  Times are not computed.
+A loop that repeats until an input has a given level counts as a wait.  Times are not computed.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class _Function(NamedTuple):
 
 
 def read(text: str, options: WriterOptions) -> PlayedTrace:
-    """Return the events of a sketch while its setup() runs.
+    """Return the events of a sketch during its setup().
 
     Raises:
         RefusedLine: the compiler, or a library, would not accept a line.
@@ -133,7 +133,7 @@ class _SketchMachine(SketchTokens):
 
     # ----------------------------------------------------------------------------------------------------- statements
     def called(self, name: str, values: list[Any]) -> None:
-        """Call a function of the sketch."""
+        """Call the function `name` of the sketch, with the arguments `values`."""
         if name not in self.functions:
             raise self.refused(f"{name} is not declared")
         function = self.functions[name]
@@ -150,7 +150,7 @@ class _SketchMachine(SketchTokens):
             self.at = back
 
     def statement(self) -> None:
-        """Run a statement."""
+        """Run the next statement."""
         self.around.statement()
         match self.here:
             case "{":
@@ -223,7 +223,7 @@ class _SketchMachine(SketchTokens):
             self.statement()
 
     def _waits(self) -> bool:
-        """Return whether a loop is while (digitalRead(pin) != level); if so, handle it as a wait."""
+        """If a loop begins with while (digitalRead(pin) != level), wait for this level; return whether it does."""
         words = [token.text for token in self.tokens[self.at : self.at + 8]]
         if words[:3] != ["(", "digitalRead", "("] or words[4:6] != [")", "!="]:
             return False
@@ -273,7 +273,7 @@ class _SketchMachine(SketchTokens):
 
     # ---------------------------------------------------------------------------------------------------- expressions
     def expression(self) -> Any:
-        """Return the value of an expression."""
+        """Evaluate the next expression, and return its value."""
         value = self._binary(0)
         if self.here != "?":
             return value
@@ -309,7 +309,7 @@ class _SketchMachine(SketchTokens):
         return self.value_of(token)
 
     def value_of(self, name: str) -> Any:
-        """Return the value of a name."""
+        """Return the value of the variable or constant with the given name."""
         for names in (self.frames[-1] if self.frames else {}, self.names):
             if name in names:
                 return names[name]

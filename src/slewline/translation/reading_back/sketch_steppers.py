@@ -1,4 +1,4 @@
-"""The effects of stepper libraries on a motor that is moved by a sketch being read back."""
+"""The motors of a sketch that is being read back, as moved by the methods of the two stepper libraries."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class SketchPin(int):
 
 
 class SketchStepper:
-    """A stepper object of either supported library, reduced to its motion."""
+    """A stepper object of either supported library, of which only the motion is modelled."""
 
     def __init__(self, axis: int, around: Surroundings) -> None:
         self.axis, self.around = axis, around
@@ -29,7 +29,7 @@ class SketchStepper:
         self.top = self.even = self.acceleration = 0.0
 
     def call(self, name: str, values: list[Any]) -> Any:
-        """Call a method.
+        """Call the method `name` with the arguments `values`, and return its result.
 
         Raises:
             KeyError: the library does not have this method.

@@ -1,4 +1,4 @@
-"""The words of a sketch, and a position among them."""
+"""The words and symbols of a sketch, and a reading position among them."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ TOKEN = re.compile(
 
 
 class Token(NamedTuple):
-    """A word, and its line."""
+    """A word or symbol of a sketch, and the number of its line."""
 
     text: str
     line: int
 
 
 class SketchTokens:
-    """The words of a sketch, in order, and a position among them.
+    """The tokens of a sketch, in order, and a reading position among them.
 
     Raises:
-        RefusedLine: a character sequence is not a word of a sketch.
+        RefusedLine: a line contains characters that are not a token of a sketch.
     """
 
     def __init__(self, text: str) -> None:
@@ -41,11 +41,11 @@ class SketchTokens:
 
     @property
     def here(self) -> str:
-        """The next token; empty at the end."""
+        """The text of the next token; empty at the end of the sketch."""
         return self.tokens[self.at].text if self.at < len(self.tokens) else ""
 
     def take(self, text: str = "") -> str:
-        """Return the next token, and advance."""
+        """Return the text of the next token, and advance past it; if `text` is given, the token must be `text`."""
         found = self.here
         if text and found != text:
             raise self.refused(f"{text} is missing")
@@ -53,7 +53,7 @@ class SketchTokens:
         return found
 
     def refused(self, reason: str) -> RefusedLine:
-        """Return the error for the line at the current position."""
+        """Return an error with the given reason, for the line at the reading position."""
         token = self.tokens[min(self.at, len(self.tokens) - 1)]
         return RefusedLine(token.line, token.text, reason)
 
@@ -80,7 +80,7 @@ class SketchTokens:
             pass
 
     def skip_brackets(self) -> None:
-        """Skip ( ... )."""
+        """Skip an opening bracket and everything up to and including the closing bracket that matches it."""
         depth = 0
         while True:
             depth += {"(": 1, ")": -1}.get(self.take(), 0)

@@ -11,23 +11,23 @@ IDLE_STATEMENTS = 250  # statements without an event after which the program is 
 
 
 class RefusedLine(Exception):
-    """A line that the target would not accept: its place, and the reason."""
+    """A line that the target would not accept: its number, its text, and the reason."""
 
     def __init__(self, line: int, text: str, reason: str) -> None:
         super().__init__(f"line {line}: {text.strip()}: {reason}")
 
 
 class Enough(Exception):
-    """The interruption of a program that has no end; its events so far are the trace."""
+    """The interruption of a program that has no end; the events before it are the trace."""
 
 
 class Surroundings:
-    """Inputs, a counter for each axis, and the events.
+    """The inputs, the position of each axis, and the events of a program that is read back.
 
-    `options.values["inputs"]` lists the levels at the start: "1=0 3=1"; all other inputs are high, like open inputs.
-    `options.values["waits"]` lists the inputs that change, one after another, whenever the program only waits: "1 2";
-    if empty, a wait ends immediately.  `options.values["events"]` is the number of events after which a program
-    without end is cut off.
+    `options.values["inputs"]` lists the levels at the start: "1=0 3=1"; all other inputs are high, like
+    open inputs.  `options.values["waits"]` lists the inputs that change, one after another, whenever the
+    program only waits: "1 2"; if empty, a wait ends immediately.  `options.values["events"]` is the number
+    of events after which a program without end is cut off.
     """
 
     def __init__(self, options: WriterOptions) -> None:
@@ -48,7 +48,7 @@ class Surroundings:
         """Count a statement; after many statements without an event, let an input change.
 
         Raises:
-            Enough: the number of statements shows that the program has no end.
+            Enough: the number of statements, events or input changes shows that the program has no end.
         """
         self._statements += 1
         if self._statements > MOST_STATEMENTS or len(self.happened) >= self._most:
@@ -63,10 +63,10 @@ class Surroundings:
         return self.levels.get(number, 1)
 
     def wait(self, number: int, level: int) -> None:
-        """Wait for a level of an input.
+        """Wait until an input has a level, while listed inputs change; without a list, end the wait immediately.
 
         Raises:
-            Enough: the level never occurs.
+            Enough: the input never has this level.
         """
         if not self.waits:
             self.happened.append(Happened("input", number, level))
@@ -75,7 +75,7 @@ class Surroundings:
             self._change()
 
     def _change(self) -> None:
-        """Let the next input change."""
+        """Invert the level of the next input in the list of inputs that change."""
         if self._changes >= MOST_CHANGES:
             raise Enough
         number = self.waits[self._changes % len(self.waits)]
@@ -84,26 +84,31 @@ class Surroundings:
         self.happened.append(Happened("input", number, self.levels[number]))
 
     def run(self, axis: int, sign: int) -> None:
-        """Record a motion that is ended from outside the program."""
+        """Record a motion in direction `sign` whose end is not set by the program, but by an input."""
         self.happened.append(Happened("run", axis, sign))
 
     def move(self, axis: int, steps: int, rate: float | None = None) -> None:
-        """Record a move from rest to rest."""
+        """Record a move from standstill to standstill; `steps` has a sign; `rate` is the maximum rate, steps/s."""
         if steps:
             self.position[axis] = self.position.get(axis, 0) + steps
             self.happened.append(Happened("move", axis, steps, rate=rate))
 
     def output(self, number: int, level: int) -> None:
-        """Record an output if it changes; the first setting of an output is its initial state."""
+        """Record a change of an output; the first setting of an output is its initial state, and is not recorded."""
         if self.outputs.setdefault(number, level) != level:
             self.outputs[number] = level
             self.happened.append(Happened("output", number, level))
 
     def delay(self, ps: int) -> None:
-        """Record a delay."""
+        """Record a delay of `ps`, unless it is 0."""
         if ps:
             self.happened.append(Happened("delay", 1, ps))
 
     def trace(self, ran: str, stopped: bool = False) -> PlayedTrace:
-        """Return the events."""
+        """Return the recorded events as a trace.
+
+        Args:
+            ran: the name of the interpreter.
+            stopped: whether the run was cut off.
+        """
         return PlayedTrace(ran, tuple(self.happened), stopped)

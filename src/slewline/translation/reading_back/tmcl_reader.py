@@ -1,4 +1,4 @@
-"""TMCL: an assembler for its mnemonics, and the processor that runs them, both as the firmware manual describes."""
+"""TMCL: an assembler for its mnemonics, and a processor for its commands, both after the firmware manual."""
 
 from __future__ import annotations
 
@@ -111,7 +111,10 @@ def _linked(command: _Command, labels: dict[str, int]) -> _Command:
 
 
 def binary(text: str, address: int = 1) -> bytes:
-    """Return a program as a host sends it to a module: nine bytes per command, including a checksum."""
+    """Return a program in the form in which a host sends it to the module with an address.
+
+    Each command has nine bytes, including a checksum.
+    """
     out = bytearray()
     for _, _, name, operands in assemble(text):
         code, kinds = COMMANDS[name]
@@ -130,7 +133,7 @@ def binary(text: str, address: int = 1) -> bytes:
 
 
 def read(text: str, options: WriterOptions) -> PlayedTrace:
-    """Return the events of a program.
+    """Return the events of a TMCL program.
 
     Raises:
         RefusedLine: the assembler, or the module, would not accept a line.
@@ -157,7 +160,7 @@ class _Processor:
         self.inputs = dict(zip(self.reads, waits, strict=False))
 
     def run(self) -> None:
-        """Run until STOP."""
+        """Run the program until a STOP, or until its last command."""
         while self.at < len(self.program):
             self.around.statement()
             command = self.program[self.at]
@@ -167,7 +170,7 @@ class _Processor:
             getattr(self, f"on_{command.name}")(command, *command.operands)
 
     def refused(self, command: _Command, reason: str) -> RefusedLine:
-        """Return the error stating that the module does not accept a command."""
+        """Return the error for a command that the module does not accept, with the reason."""
         return RefusedLine(command.line, command.text, reason)
 
     # ---------------------------------------------------------------------------------------------------------- motion
@@ -269,7 +272,10 @@ class _Processor:
             self.at = to
 
     def _met(self, command: _Command, to: int) -> None:
-        """End a wait loop by setting its input to the level that it expects, unless listed inputs change in turn."""
+        """End a wait loop by recording that its input has the expected level; the loop starts at index `to`.
+
+        This is called only if no inputs are listed to change in turn.
+        """
         del command
         self.around.wait(self.inputs[int(self.program[to].operands[0])], int(self.program[to + 1].operands[0]))
 

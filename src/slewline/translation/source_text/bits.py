@@ -1,7 +1,8 @@
-"""The outputs and inputs of parts whose commands select them as bits, by a number.
+"""The outputs and inputs of parts whose commands select them by a number that contains a bit number.
 
-A number below 40 hexadecimal selects a single bit: its low three bits are the number of that bit, and its bit 4 is set
-for a low level.  The outputs and inputs that a program uses are numbered in the order of their bits.
+A number below 40 hexadecimal selects a single bit: its low three bits are the number of that bit, and
+its bit 4 is set for a low level.  The outputs that a program uses are numbered in the order of their
+bits, and so are the inputs.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ WAITS = ("wait_bits", "branch_bits")
 
 
 class Numbers:
-    """The bits that a program uses, as outputs and as inputs."""
+    """The bits that a program uses as outputs and as inputs; their order gives the output and input numbers."""
 
     def __init__(self, sheet: Sheet, source: Source | None = None) -> None:
         statements = source.statements if source is not None else []
@@ -34,12 +35,15 @@ class Numbers:
         return sorted(bits)
 
     def outputs(self, statement: Statement) -> list[tuple[int, int]] | None:
-        """Return the output that a command sets, with its level, as a list; None if it does not set a single bit."""
+        """Return a list with one pair: the output that a command sets, and its level.
+
+        The result is None if the command does not set a single bit.
+        """
         level = self._one(statement)
         return None if level is None else [(self.outs.index(level[0]) + 1, level[1])]
 
     def input(self, statement: Statement) -> Input | None:
-        """Return the input that a command tests, with its level, or None if it does not test a single bit."""
+        """Return the input that a command tests, with the expected level, or None if it does not test a single bit."""
         level = self._one(statement)
         return None if level is None else Input(self.ins.index(level[0]) + 1, level[1])
 
@@ -52,7 +56,7 @@ class Numbers:
         return value & (NUMBER | ON_THE_BUS), int(bool(value & LOW) == inverted)
 
     def wiring(self) -> dict[str, str]:
-        """Return the pins by their purpose."""
+        """Return the names of the pins by their purpose, such as "output1" or "input1"."""
         found = {f"output{n}": self._pin(bit) for n, bit in enumerate(self.outs, 1)}
         return found | {f"input{n}": self._pin(bit) for n, bit in enumerate(self.ins, 1)}
 

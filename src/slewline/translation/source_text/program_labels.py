@@ -1,4 +1,4 @@
-"""The names of the instructions of a program to which its branches and its host jump."""
+"""The names of the instructions to which the branches of a program, and its host, jump."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ class ProgramLabels:
     """The labels of all programs in a text.
 
     Attributes:
-        labels: the names, by program and address.
-        loops: the names of the labels of loops that begin at a mark, by program and address.
+        labels: the names of the labels, by program number and address.
+        loops: the names of the labels of loops that begin at a mark command, by program number and address.
     """
 
     def __init__(self, source: Source) -> None:
@@ -38,12 +38,12 @@ class ProgramLabels:
         return number, block.loop_start(statement) if "l" in flow else block.base
 
     def _mark(self, number: int, address: int) -> Statement | None:
-        """Return the command that marks the start of a loop at an address, or None."""
+        """Return the command that marks a loop start at an address of program `number`, or None if there is none."""
         marks = (each for each in self.source.blocks[number].statements if each.row.role == "mark")
         return next((each for each in marks if each.end == address), None)
 
     def _block_before(self, statement: Statement) -> int:
-        """Return the number of the last program entered before a command of the host, or -1 if there is none."""
+        """Return the number of the last program entered before a host command, or -1 if none is entered before it."""
         found = -1
         for item in self.source.statements:
             if item is statement:
@@ -52,7 +52,7 @@ class ProgramLabels:
         return found
 
     def _name_labels(self) -> None:
-        """Name every instruction that is the target of a branch."""
+        """Name every instruction to which a branch, a loop or a host command leads."""
         for number, block in enumerate(self.source.blocks):
             for letter, address in block.labels.items():
                 self.labels[number, address] = letter

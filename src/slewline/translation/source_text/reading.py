@@ -1,4 +1,4 @@
-"""Reads a text in the dialect of a part into its effect (meaning.py), by the roles of its rows.
+"""Reads a text in the dialect of a part into its effect (meaning.py), by the roles of the part's commands.
 
 Labels keep their source names; a branch target without a name is named after its line.
 """
@@ -42,14 +42,14 @@ def read_program(
     """Return the effect of a program.
 
     Args:
-        text: the commands of a host, one per line.
+        text: the commands that a host sends, one per line.
         part: the part that the program is for.
         where: the name of the text in messages.
         crystal_hz: the crystal of the part, Hz; None: its usual crystal.
         interrupted: whether the surroundings may end a motion early, as limit switches do.
 
     Raises:
-        RefusedProgram: the part does not accept some lines; all of them are in `.problems`.
+        RefusedProgram: the part does not accept some lines; the errors in all of them are in `.problems`.
         UnknownName: the part does not exist.
     """
     sheet = sheet_of(part)
@@ -88,7 +88,7 @@ class ActionReader:
         )
 
     def program(self) -> Program:
-        """Return the program."""
+        """Return the effect of the text: the actions of each line, the assumptions, and the wiring."""
         actions: dict[int, list[Action]] = {}
         entered = False  # a program
         for item in self.source.items:
@@ -140,7 +140,10 @@ class ActionReader:
                 yield Assumed(f"output {name[-1]} ({wire})", f"{'high' if pin.reset else 'low'} after reset")
 
     def sends_while_running(self) -> bool:
-        """Return whether the host acts after starting a program, without first waiting for the program's end."""
+        """Return whether the host sends a command with an effect while a program that it has started may still run.
+
+        Such commands are motions, delays, waits, outputs and homing.
+        """
         running = False
         for item in self.source.items:
             if isinstance(item, Directive):
@@ -152,7 +155,7 @@ class ActionReader:
         return False
 
     def wiring(self) -> dict[str, str]:
-        """Return the pins by their purpose."""
+        """Return the names of the part's pins by their purpose, such as "step" or "output1"."""
         found = {}
         for role in WIRES:
             pin = self.sheet.role(role)

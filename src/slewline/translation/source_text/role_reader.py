@@ -1,4 +1,4 @@
-"""Statements -> actions: a method for each role of a row, for all parts that have a command with this role."""
+"""Conversion of statements to actions: one method per role of a command, for all parts with this role."""
 
 from __future__ import annotations
 
@@ -52,14 +52,14 @@ UNIT_TIMES = ("millisecond", "delay_unit")
 
 
 class RoleReader:
-    """A converter of statements to actions, by the roles of their rows.
+    """A converter of statements to actions, by the roles of their commands.
 
     Args:
         source: the text that has been read.
         hz: the crystal frequency, Hz.
         profiles: the profiles of the part; None: the part has no ramp calculator.
         registers: the known register values at every statement.
-        bits: the outputs and inputs selected by bits.
+        bits: the outputs and inputs that commands select as bits.
     """
 
     def __init__(
@@ -72,7 +72,7 @@ class RoleReader:
 
     # ---------------------------------------------------------------------------------------------------- statements
     def statement(self, statement: Statement) -> list[Action]:
-        """Return the label at a command's address, if there is one, followed by the actions of the command."""
+        """Return the actions of a statement, after the label at its address if there is one."""
         row, block = statement.row, statement.block
         at = self.labels.get((block, statement.address)) if block >= 0 else None
         before = self.registers.before(statement)
@@ -93,7 +93,7 @@ class RoleReader:
         return [*found, *method(statement, before, common)]
 
     def set_profile(self, statement: Statement, common: Common) -> Action:
-        """Return the action that sets a rate or a ramp value, with the resulting profile."""
+        """Return the action that sets a rate or a ramp value, with the profile that results from it."""
         axis = int(str(common["axis"]))
         profile = self.profile(self.registers.after(statement), axis)
         sets = SETS.get(statement.row.role, "ramp")
@@ -103,7 +103,7 @@ class RoleReader:
         return SetProfile(sets=sets, value=value, profile=profile, **common)  # type: ignore[arg-type]
 
     def profile(self, state: Mapping[Key, int], axis: int) -> Profile | None:
-        """Return the profile for some register values, or None if it is not known."""
+        """Return the profile of an axis for the register values in `state`, or None if it is not known."""
         if self.profiles is None:
             return None
         return self.profiles.read(
@@ -111,12 +111,18 @@ class RoleReader:
         )
 
     def motion(self, before: Mapping[Key, int], common: Mapping[str, object]) -> dict[str, object]:
-        """Return the data of a motion: the given common ones, and those determined by the registers before it."""
+        """Return the fields of a motion: those in `common`, its profile, and the position at which it begins.
+
+        The last two follow from the register values before the motion; each is None if it is not known.
+        """
         axis = int(str(common["axis"]))
         return {**common, "profile": self.profile(before, axis), "begins": before.get((axis, "position"))}
 
     def on_move(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
-        """Yield a relative move, with its own number of steps or the number set before it."""
+        """Yield a motion by the command's own number of steps or, if it has none, by the settings before it.
+
+        The settings make it a relative move, an endless run, or a move to a target.
+        """
         axis = int(str(common["axis"]))
         its = self.motion(before, common)
         sign = before.get((axis, "sign"))
@@ -138,7 +144,7 @@ class RoleReader:
         yield MoveBy(distance=1, sign=before.get((1, "sign")), **self.motion(before, common))  # type: ignore[arg-type]
 
     def on_update(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
-        """Yield the actions that start the motions set up by earlier commands."""
+        """Yield the action of an update: a stop, if one was set up before, or else a move to the target."""
         axis = int(str(common["axis"]))
         if (axis, "stop") in before:
             yield Stop(ramped=STOPS[before[axis, "stop"]] == "brake", **common)  # type: ignore[arg-type]
@@ -157,7 +163,7 @@ class RoleReader:
         yield RunEndless(sign=statement.values[0], **self.motion(before, common))  # type: ignore[arg-type]
 
     def on_until_input(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
-        """Yield a run that ends when an input is low."""
+        """Yield a run that ends as soon as an input is low."""
         sign, number = statement.values
         yield RunEndless(sign=sign, until=Input(number, 0), **self.motion(before, common))  # type: ignore[arg-type]
 
@@ -187,11 +193,11 @@ class RoleReader:
         yield SetEndless(**common)  # type: ignore[arg-type]
 
     def on_preset(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
-        """Yield the action that sets the position counter."""
+        """Yield the action that sets the position counter: to the command's value, or to 0 if it has none."""
         yield SetPosition(position=statement.values[0] if statement.values else 0, **common)  # type: ignore[arg-type]
 
     def on_clear(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
-        """Yield the actions that clear the position and the outputs."""
+        """Yield the actions that clear the position, the outputs, or both, as selected by the command."""
         if statement.values[0] & 1:
             yield SetPosition(position=0, **common)  # type: ignore[arg-type]
         if statement.values[0] & 2:
@@ -200,14 +206,14 @@ class RoleReader:
 
     # ------------------------------------------------------------------------------------------ outputs, inputs, times
     def on_output_high(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
-        """Yield the action that sets an output."""
+        """Yield the action that sets an output high or low: the output that the command names, or else output 1."""
         number = statement.values[0] if statement.values else 1
         yield SetOutput(number=number, level=int(statement.row.role == "output_high"), **common)  # type: ignore[arg-type]
 
     on_output_low = on_output_high
 
     def on_bits(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
-        """Yield the actions that set the outputs selected by a number."""
+        """Yield the action that sets the output selected by the command's number; a `Special` for several bits."""
         outputs = self.bits.outputs(statement)
         if outputs is None:
             yield Special(description=f"{statement.text}: bits that are not single outputs", **common)  # type: ignore[arg-type]
@@ -215,14 +221,14 @@ class RoleReader:
             yield from (SetOutput(number=number, level=level, **common) for number, level in outputs)  # type: ignore[arg-type]
 
     def on_wait_high(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
-        """Yield a wait for an input."""
+        """Yield a wait for a level of an input: the input that the command names, or else input 1."""
         number = statement.values[0] if statement.values else 1
         yield WaitInput(input=Input(number, int(statement.row.role == "wait_high")), **common)  # type: ignore[arg-type]
 
     on_wait_low = on_wait_high
 
     def on_wait_bits(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
-        """Yield a wait for inputs selected by a number."""
+        """Yield a wait for the input selected by the command's number; a `Special` for several inputs."""
         one = self.bits.input(statement)
         if one is None:
             yield Special(description=f"{statement.text}: waits for several inputs", **common)  # type: ignore[arg-type]
@@ -230,12 +236,12 @@ class RoleReader:
             yield WaitInput(input=one, **common)  # type: ignore[arg-type]
 
     def on_delay(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
-        """Yield a delay, in the unit of the sheet."""
+        """Yield a delay of the command's number, in the delay unit of the data sheet."""
         yield Delay(time_ps=statement.values[0] * delay_unit_ps(self.sheet, self.hz), **common)  # type: ignore[arg-type]
 
     # ------------------------------------------------------------------------------------------------------------ flow
     def on_jump(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
-        """Yield a jump or, if a host sends the command, a run of the program from the command's address."""
+        """Yield a jump or, if a host sends the command, a run of the program from the address in the command."""
         to = self.goal(statement)
         if statement.block < 0:
             yield RunProgram(at=to, **common)  # type: ignore[arg-type]
@@ -243,7 +249,10 @@ class RoleReader:
             yield Jump(to=to, **common)  # type: ignore[arg-type]
 
     def on_pointer(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
-        """Yield a jump in a program; if a host sends it, the address at which the next program is entered or run."""
+        """Yield a jump for a command in a program, and a `Special` for a command from a host.
+
+        From a host, the command sets the address at which the next program is entered or run.
+        """
         if statement.block >= 0:
             yield from self.on_jump(statement, before, common)
             return
@@ -252,7 +261,7 @@ class RoleReader:
         yield Special(description=statement.row.description, needless=needless, **common)  # type: ignore[arg-type]
 
     def on_loop(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
-        """Yield the end of a loop."""
+        """Yield the end of a loop, with the label at its start and the number of passes."""
         passes = statement.values[0] or statement.row.args[0].modulus
         yield Loop(to=self.goal(statement), passes=passes, **common)  # type: ignore[arg-type]
 
@@ -263,7 +272,7 @@ class RoleReader:
             yield Label(name=name, **common)  # type: ignore[arg-type]
 
     def on_branch_low(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
-        """Yield a branch on the level of an input: the input that the command names, or else input 2."""
+        """Yield a branch on the level of an input: the input whose number the command has, or else input 2."""
         level = int(statement.row.role == "branch_high")
         number = statement.values[0] if statement.values and statement.target is None else 2
         yield Jump(to=self.goal(statement), inputs=(Input(number, level),), **common)  # type: ignore[arg-type]
@@ -271,12 +280,15 @@ class RoleReader:
     on_branch_high = on_branch_low
 
     def on_branch_inputs(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
-        """Yield a branch that is taken if all inputs have the levels given by the command."""
+        """Yield a branch that is taken if inputs 1 to 3 all have the levels given by the command."""
         levels = tuple(Input(n + 1, statement.values[0] >> n & 1) for n in range(3))
         yield Jump(to=self.goal(statement), inputs=levels, **common)  # type: ignore[arg-type]
 
     def on_branch_bits(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
-        """Yield a branch that is taken until an input has the selected level, so while it has the opposite level."""
+        """Yield a branch that is taken while the selected input does not have the selected level.
+
+        If the command tests several inputs, the action is a `Special`.
+        """
         one = self.bits.input(statement)
         if one is None:
             yield Special(description=f"{statement.text}: tests several inputs", **common)  # type: ignore[arg-type]
@@ -289,12 +301,15 @@ class RoleReader:
 
     # -------------------------------------------------------------------------------------------------- host, programs
     def on_enter(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
-        """Yield the action that begins program entry."""
+        """Yield the action that begins the entry of a program."""
         number = next(n for n, block in enumerate(self.source.blocks) if block.entry is statement)
         yield EnterProgram(number=number, **common)  # type: ignore[arg-type]
 
     def on_leave(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
-        """Yield the action that ends program entry or, outside entry, the action that runs the entered program."""
+        """Yield the action that ends the entry of a program.
+
+        Outside program entry, yield the action that runs the entered program, if the command does so.
+        """
         ends = any(block.quit is statement for block in self.source.blocks)
         if ends:
             yield LeaveProgram(runs=statement.row.starts, **common)  # type: ignore[arg-type]
@@ -302,7 +317,7 @@ class RoleReader:
             yield RunProgram(**common)  # type: ignore[arg-type]
 
     def on_run(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
-        """Yield the action that runs the program from its start; inside a program, this restarts it."""
+        """Yield the action that runs the program from its start; inside a program, it is a jump to the start."""
         if statement.block < 0:
             yield RunProgram(**common)  # type: ignore[arg-type]
         else:
@@ -317,13 +332,13 @@ class RoleReader:
         yield EraseProgram(**common)  # type: ignore[arg-type]
 
     def on_question(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
-        """Yield a query to the part."""
+        """Yield a query by the host, which the part answers."""
         yield Query(**common)  # type: ignore[arg-type]
 
     on_state = on_read = on_list = on_question
 
     def other(self, statement: Statement, common: Common) -> Iterable[Action]:
-        """Yield the action of a command whose role is not common to all parts."""
+        """Yield the actions of a command for whose role there is no method: a stop, a query, or a `Special`."""
         row = statement.row
         if row.at_once and not waits_for_update(row) and row.form not in REMEDIES:  # MTR_OFF does more than stop
             yield Stop(ramped=row.at_once == "brake", **common)  # type: ignore[arg-type]
@@ -338,7 +353,7 @@ class RoleReader:
                 yield from self._updates(statement, common)
 
     def _updates(self, statement: Statement, common: Common) -> Iterable[Action]:
-        """Yield the motions of all axes that one command starts together: a `MoveTo` per axis with a target."""
+        """Yield the motions that one command starts together: a `MoveTo` per selected axis whose target is known."""
         before = self.registers.before(statement)
         for axis in range(1, self.sheet.axes + 1):
             if statement.values[0] >> axis - 1 & 1 and (axis, "target") in before:
@@ -347,6 +362,6 @@ class RoleReader:
 
 
 def delay_unit_ps(sheet: Sheet, hz: int) -> int:
-    """Return the duration of a delay of 1 with a given crystal, ps."""
+    """Return the unit of a part's delays at the crystal frequency `hz`, ps."""
     time = next(sheet.times[name] for name in UNIT_TIMES if name in sheet.times)
     return time.ticks * PS_PER_S // hz

@@ -1,8 +1,8 @@
-"""Register values at every command of a program, as far as its text shows: all paths are followed.
+"""Register values at every command of a program, as far as its text shows them: all paths are followed.
 
-If paths meet at a command with different values of a register, the value is not known there; likewise, a
-position set before a loop is not known in the loop if the loop changes it.  The roles of the rows
-determine the effect of a command; a ramp parameter is an argument of the part's calculator.
+If paths with different values of a register meet at a command, the value is not known there; likewise,
+a position set before a loop is not known in the loop if the loop changes it.  The role of a command
+determines its effect; a command named like a quantity of the part's calculator sets a ramp parameter.
 """
 
 from __future__ import annotations
@@ -65,7 +65,10 @@ class KnownRegisterValues:
         return frozenset(found.items())
 
     def _follow(self) -> None:
-        """Follow the text in the order in which a host sends it; a stored program is followed where it is run."""
+        """Follow the text in the order of sending; follow a stored program at the host command that runs it.
+
+        A program that is never run is followed after its entry, from its start.
+        """
         states: list[State] = [self.initial()]
         blocks, block, ran = iter(self.source.blocks), None, True
 
@@ -92,7 +95,7 @@ class KnownRegisterValues:
             explored(block, block.base, states, step)
 
     def _step(self, statement: Statement, before: State) -> State:
-        """Return the register values after a statement that begins with the values `before`."""
+        """Return the register values after a statement, given the values `before` it."""
         row, values, state = statement.row, statement.values, dict(before)
         axis = state.get((0, "axis"), UNKNOWN)
         if from_switches(statement):
@@ -123,7 +126,7 @@ class KnownRegisterValues:
         return nowhere(state.items()) if self.interrupted and row.motion else frozenset(state.items())
 
     def _moved(self, row: Row, value: int, axis: int, state: dict[Key, int]) -> None:
-        """Apply the effect of a command to the position, and to the settings that a motion consumes."""
+        """Apply a command's effect on the position, and on settings that hold for one motion only, to `state`."""
         here, place = state.get((axis, "position")), (axis, "position")
         if waits_for_update(row):
             state[axis, "stop"] = STOPS.index(row.at_once)
@@ -154,7 +157,10 @@ class KnownRegisterValues:
             state.pop(place, None)
 
     def _reach(self, position: int, axis: int, state: dict[Key, int]) -> None:
-        """Set the position that a motion reaches, and the direction of this motion, which remains set after it."""
+        """Set the position in `state` to that reached by a motion, and the direction to that of the motion.
+
+        The direction remains set after the motion; it is removed if the position before the motion is not known.
+        """
         here = state.get((axis, "position"))
         if here is None:
             state.pop((axis, "sign"), None)
@@ -164,18 +170,21 @@ class KnownRegisterValues:
 
 
 def nowhere(state: Iterable[tuple[Key, int]]) -> State:
-    """Return the registers without the positions."""
+    """Return the register values without the positions of the axes."""
     return frozenset((key, number) for key, number in state if key[1] != "position")
 
 
 def overflows(state: Mapping[Key, int], axis: int) -> bool:
-    """Return whether a target lies opposite to the set direction, so that the position register overflows."""
+    """Return whether a motion to the target of an axis makes the position register overflow.
+
+    It does if the target lies opposite to the set direction.
+    """
     here, sign = state.get((axis, "position")), state.get((axis, "sign"))
     return here is not None and sign is not None and (state[axis, "target"] - here) * sign < 0
 
 
 def runs(row: Row, statement: Statement, block: Block) -> bool:
-    """Return whether a host command runs the program."""
+    """Return whether a host command runs the entered program, from its start or from another address."""
     return row.role == "run" or (row.role == "leave" and row.starts) or statement.target is not None
 
 
@@ -185,13 +194,13 @@ def from_switches(statement: Statement) -> bool:
 
 
 def start_of(statement: Statement, block: Block) -> int:
-    """Return the address at which a host command starts the program."""
+    """Return the address from which a host command runs the entered program."""
     target = statement.target
     address = None if target is None or statement.row.role == "run" else block.address_of(target)
     return block.base if address is None else address
 
 
 def merged(states: Iterable[State]) -> dict[Key, int]:
-    """Return the register values that are the same in all states."""
+    """Return the register values that all states have in common."""
     found = list(states)
     return dict(frozenset.intersection(*found)) if found else {}

@@ -61,5 +61,5 @@ TARGETS: dict[str, Target] = {
 
 
 def target(name: str) -> Target:
-    """Return a target by its name."""
+    """Return the target with the given name."""
     return TARGETS[name]

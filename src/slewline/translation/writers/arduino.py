@@ -1,9 +1,9 @@
 """A sketch for an Arduino Uno, with the library AccelStepper or FastAccelStepper.
 
-Stored programs become functions; the host's commands are in `setup()`.  Each move blocks until it has ended, as in
-the source.  AccelStepper starts from standstill with a constant acceleration; a move without a ramp runs at a
-constant rate.  `values["library"] = "fastaccelstepper"` selects the other library, which is faster but always uses
-ramps.
+Stored programs become functions; the host's commands are in `setup()`.  Each move blocks until it has
+ended, as in the source.  AccelStepper starts from standstill with a constant acceleration; a move
+without a ramp runs at a constant rate.  `values["library"] = "fastaccelstepper"` selects
+FastAccelStepper, which is faster but always uses ramps.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from .structured import Structured
 
 
 class SketchWriter(Structured):
-    """A writer of a sketch for one program."""
+    """A writer that writes one program as a sketch."""
 
     entry = "a function begins at its first line (C++)"
     keeps = "a sketch survives power-off"
@@ -80,7 +80,13 @@ class SketchWriter(Structured):
         return self.pins.wires()
 
     def _function(self, name: str, actions: list[Action], block: int) -> list[OutLine]:
-        """Return a function of the sketch for a stored program, or for the host's commands if `block` is negative."""
+        """Return a function of the sketch for a stored program, or for the host's commands if `block` is negative.
+
+        Args:
+            name: the name of the function.
+            actions: the actions of the stored program, or of the host.
+            block: the number of the stored program, or -1.
+        """
         self.sheet.lines = []
         self.known, self.declared = dict(self.ran_with.get(block, {})), set()
         self.sheet.depth = 1
@@ -93,7 +99,7 @@ class SketchWriter(Structured):
 
     # -------------------------------------------------------------------------------------------------------- actions
     def register(self, name: str, value: int, line: int) -> None:
-        """Write the assignment of a number to a variable of the sketch."""
+        """Write the assignment of a value to a global variable of the sketch, such as "distance"."""
         self.sheet.add(f"{name} = {value};", line)
 
     def preset(self, action: SetPosition) -> None:
@@ -112,11 +118,11 @@ class SketchWriter(Structured):
         super().leave(action)
 
     def calls(self, name: str) -> str:
-        """Return a call to a function of the sketch."""
+        """Return a call to the function of the sketch with the given name."""
         return f"{name}();"
 
     def profile(self, action: SetProfile) -> None:
-        """Write the speed and the acceleration of a profile."""
+        """Write the speed and the acceleration that a command sets, and the verdicts on its line."""
         sheet, profile, line = self.sheet, action.profile, action.line
         if profile is not None:
             self._prepare(action.axis, profile, line)
@@ -137,7 +143,7 @@ class SketchWriter(Structured):
             sheet.impossible(line, f"{number(top, 0)} steps/s", limit, self.library.faster)
 
     def _prepare(self, axis: int, profile: Profile, line: int) -> None:
-        """Write the speed and the acceleration of a profile, leaving out a value equal to the last one written."""
+        """Write the speed and the acceleration of a profile, except values that the motor is known to have already."""
         stepper = self.pins.stepper(axis)
         if profile.top != self.known.get((axis, "speed")):
             self.sheet.add(self.library.speed(stepper, profile.top), line)
@@ -183,7 +189,7 @@ class SketchWriter(Structured):
         return distance if action.sign > 0 else f"-{distance}"
 
     def search(self, action: RunEndless | Home, sign: int) -> None:
-        """Write a run that is ended by an input."""
+        """Write a run in direction `sign` that an input ends."""
         line = action.line
         if action.profile is not None:
             self._prepare(action.axis, action.profile, line)
@@ -232,7 +238,7 @@ class SketchWriter(Structured):
 
     # -------------------------------------------------------------------------------------------------- the language
     def assign(self, name: str, value: int, source: int) -> None:
-        """Write the assignment of a number to a variable; the first assignment also declares the variable."""
+        """Write the assignment of a value to a local variable; its first assignment in a function also declares it."""
         self.sheet.add(f"{'' if name in self.declared else 'int '}{name} = {value};", source)
         self.declared.add(name)
 
@@ -248,23 +254,23 @@ class SketchWriter(Structured):
         )
 
     def repeat(self, passes: int, source: int) -> str:
-        """Write the head of a for loop; return its closing text."""
+        """Write the head of a for loop with a number of passes; return the text that closes the loop."""
         name = f"pass{next(self.numbers)}"
         self.sheet.add(f"for (long {name} = 0; {name} < {passes}; {name}++) {{", source)
         return "}"
 
     def while_true(self, condition: str, source: int) -> str:
-        """Write the head of a while loop; return its closing text."""
+        """Write the head of a while loop with a condition; return the text that closes the loop."""
         self.sheet.add(f"while ({condition}) {{", source)
         return "}"
 
     def as_long_as(self, node: AsLongAs) -> None:
-        """Write a do ... while loop."""
+        """Write a do ... while loop that repeats as long as the inputs of `node` have their given levels."""
         self.sheet.add("do {", node.head)
         self.inside(node.body, "", node.line)
         self.sheet.add(f"}} while ({self.condition(node.inputs, node.line)});", node.line)
 
     def if_true(self, condition: str, source: int) -> tuple[str, str]:
-        """Write the head of an if statement; return the text for "else", and the closing text."""
+        """Write the head of an if statement; return the text between its branches, and the text that closes it."""
         self.sheet.add(f"if ({condition}) {{", source)
         return "} else {", "}"

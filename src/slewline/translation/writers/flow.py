@@ -3,8 +3,8 @@
     A:  move       Repeat 3 times          an endless loop is `Forever`, a loop continued by an input is `AsLongAs`;
         L 3,A  ->      move                a jump forward on inputs is a `Fork` around the skipped actions
 
-Jumps that do not nest become `Stages`: numbered pieces of the program, each with the piece that follows it.  A writer
-converts them to a loop around one branch per piece.
+Jumps that do not nest become `Stages`: numbered pieces of the program, each of which selects the next.
+A writer converts the pieces to a loop that contains one branch per piece.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ START = ""  # the label at the start of a stored program, used by RunProgram
 
 @dataclass(frozen=True)
 class Repeat:
-    """A loop with a given number of passes of `body`; it begins and ends at source lines `head` and `line`."""
+    """A loop that runs `body` a given number of times, from source line `head` to source line `line`."""
 
     passes: int
     body: tuple[Node, ...]
@@ -40,7 +40,7 @@ class Forever:
 
 @dataclass(frozen=True)
 class AsLongAs:
-    """A loop that runs `body`, and repeats it as long as all inputs have their given levels after a pass."""
+    """A loop that runs `body`, and repeats it if all inputs have their given levels at the end of the pass."""
 
     inputs: tuple[Input, ...]
     body: tuple[Node, ...]
@@ -62,8 +62,8 @@ class Fork:
 class Stage:
     """A piece of a program: its actions, and the number of the piece that follows, or -1 at the program's end.
 
-    With `inputs`, the piece `to` follows if all inputs have their given levels; with `passes`, it follows
-    until this piece has been left `passes` times.  In all other cases, the piece `below` follows.
+    The piece `to` follows; with `inputs`, only if all inputs have their given levels; with `passes`, only
+    until this piece has been run `passes` times.  Otherwise, the piece `below` follows.
     """
 
     number: int
@@ -77,7 +77,7 @@ class Stage:
 
 @dataclass(frozen=True)
 class Stages:
-    """Pieces of a program, beginning with the first; each piece selects the next one."""
+    """The pieces of a program, in source order; the first one is run first, and each one selects its successor."""
 
     states: tuple[Stage, ...]
     line: int = 0
@@ -87,11 +87,11 @@ Node = Action | Repeat | Forever | AsLongAs | Fork | Stages
 
 
 class _NotNested(Exception):
-    """A jump into a loop or out of a loop, which a tree of loops and branches cannot express."""
+    """The error for a jump into or out of a loop, which a tree of loops and branches cannot express."""
 
 
 def structured(actions: Sequence[Action]) -> tuple[Node, ...]:
-    """Return a program as a tree: its actions without labels and jumps, inside loops and branches."""
+    """Return a program as a tree: loops and branches that contain its actions, without any labels or jumps."""
     items: list[Action] = [Label(name=START, line=actions[0].line if actions else 0)]
     items += [
         Jump(to=each.at, line=each.line, text=each.text) if isinstance(each, RunProgram) else each for each in actions
@@ -107,7 +107,7 @@ def structured(actions: Sequence[Action]) -> tuple[Node, ...]:
 
 
 def _nested(items: list[Action], wanted: Counter[str]) -> tuple[Node, ...]:
-    """Return the tree for a part of a program; the jumps that it replaces are subtracted from `wanted`."""
+    """Return the tree for a part of a program; subtract the jumps it replaces from `wanted` (jumps by label)."""
     out: list[Node] = []
     place = 0
     while place < len(items):
@@ -135,7 +135,7 @@ def _leads_to(item: Action, label: str) -> bool:
 
 
 def _loop(inside: list[Action], back: Action, wanted: Counter[str]) -> Node:
-    """Return the loop made by a backward jump; `inside` holds the actions from its label up to the jump."""
+    """Return the loop made by the jump `back`; `inside` holds the actions from the jump's label up to the jump."""
     assert isinstance(back, Jump | Loop)  # noqa: S101
     wanted[back.to] -= 1
     head = inside[0].line
@@ -147,7 +147,7 @@ def _loop(inside: list[Action], back: Action, wanted: Counter[str]) -> Node:
 
 
 def _branch(items: list[Action], place: int, wanted: Counter[str]) -> tuple[Node, int]:
-    """Return the branch made by a forward jump, and the index of the first action after the branch."""
+    """Return the branch made by the forward jump at index `place`, and the index of the first action after it."""
     jump = items[place]
     assert isinstance(jump, Jump)  # noqa: S101
     target = next((at for at in range(place + 1, len(items)) if _is_label(items[at], jump.to)), None)
@@ -207,7 +207,7 @@ def _pieces(items: list[Action]) -> Stages:
 
 
 def nodes(tree: Sequence[Node]) -> list[Node]:
-    """Return all nodes of a tree, in the order of the text."""
+    """Return all nodes of a tree; each loop or branch is followed by the nodes inside it."""
     out: list[Node] = []
     for node in tree:
         out.append(node)
@@ -221,5 +221,5 @@ def nodes(tree: Sequence[Node]) -> list[Node]:
 
 
 def counters() -> count[int]:
-    """Return an iterator over distinct numbers for names: 1, 2 ..."""
+    """Return an iterator over the numbers 1, 2 ..., which make generated names distinct."""
     return count(1)

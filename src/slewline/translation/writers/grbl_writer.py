@@ -46,7 +46,7 @@ class GrblWords:
 
     Args:
         options: the user's options for the target.
-        first: the index of the first axis among X, Y and Z.
+        first: the index, in XYZ, of the letter for the first axis.
     """
 
     def __init__(self, options: WriterOptions, first: int) -> None:
@@ -54,20 +54,20 @@ class GrblWords:
         self.digits = digits_for(options.steps_per_mm)
 
     def letter(self, axis: int) -> str:
-        """Return the letter of an axis."""
+        """Return the letter (X, Y or Z) of an axis; the first axis has the number 1."""
         return LETTERS[self.first + axis - 1]
 
     def distance(self, axis: int, steps: int) -> str:
-        """Return the word for a distance or a position."""
+        """Return the word for a distance or a position given in steps: the axis letter and the millimetres."""
         return f"{self.letter(axis)}{number(steps / self.steps_per_mm, self.digits)}"
 
     def feed(self, rate: float) -> str:
-        """Return the F word for a rate."""
+        """Return the F word for a rate in steps/s."""
         return f"F{number(rate * 60 / self.steps_per_mm, 3)}"
 
 
 def grbl_pins(first: int) -> list[tuple[str, str]]:
-    """Return the pins of a grbl board, by their purpose."""
+    """Return pairs of a wire's purpose and its pin on a grbl board; the axis is the letter `XYZ[first]`."""
     letter = LETTERS[first]
     return [
         ("step", f"pin D{2 + first}, step {letter}"),
@@ -79,14 +79,14 @@ def grbl_pins(first: int) -> list[tuple[str, str]]:
 
 
 def rate_of(action: SetProfile) -> float | None:
-    """Return the rate between the ramps after a setting, or None if it is not known."""
+    """Return the top rate (between the ramps) that applies after a setting, or None if it is not known."""
     if action.profile is not None:
         return action.profile.top
     return action.value if action.sets == "top rate" else None
 
 
 def judged(writer: LanguageWriter, action: SetProfile, rate: float | None) -> None:
-    """Record the verdict on the setting of a rate or a ramp, for a grbl board."""
+    """Record how exactly a grbl board can reproduce the setting of a rate or a ramp."""
     sheet, line = writer.sheet, action.line
     if action.sets == "top rate" and rate is not None and rate > FASTEST:
         limit = f"{FASTEST:,} steps/s (README of grbl)"
@@ -101,13 +101,13 @@ def judged(writer: LanguageWriter, action: SetProfile, rate: float | None) -> No
 
 
 def probing(action: RunEndless | Home) -> str:
-    """Return the G word for a move until an input has a level; a probe is active low."""
+    """Return the G word for a move that ends when an input has a given level; the probe input is active low."""
     until = action.until if isinstance(action, RunEndless) else None
     return "G38.5" if until and until.level else "G38.3"
 
 
 def has_output(writer: LanguageWriter, action: SetOutput) -> bool:
-    """Return whether grbl has a counterpart of an output; if not, record a verdict."""
+    """Return whether grbl has a counterpart of an output; if not, record that the source line is not possible."""
     if action.number in OUTPUTS:
         return True
     limit = "two outputs: coolant (M8, M9) and spindle (M3, M5)"
@@ -152,7 +152,7 @@ class GrblWriter(LanguageWriter):
         return self.finished(out, assumed)
 
     def _not_run(self) -> list[OutLine]:
-        """Return the programs that the text enters but does not run; they follow the M2 that ends the G-code."""
+        """Return the code of the stored programs that the source enters but never runs; it follows the final M2."""
         out: list[OutLine] = []
         for block in stored(self.program):
             if block in self.runs.values():
@@ -163,7 +163,7 @@ class GrblWriter(LanguageWriter):
         return out
 
     def _settings(self) -> list[OutLine]:
-        """Return the settings that the program requires, to be sent once, while grbl is idle."""
+        """Return a comment with the grbl settings that the program requires, to be sent once, while grbl is idle."""
         top = top_rate(self.program.actions)
         at, spm = self.first, self.options.steps_per_mm
         rows = (
@@ -223,7 +223,7 @@ class GrblWriter(LanguageWriter):
 
     # -------------------------------------------------------------------------------------------------------- actions
     def preset(self, action: SetPosition) -> None:
-        """Write G92, which sets the position."""
+        """Write G92, which assigns a value to the current position."""
         self._add(f"G92 {self.words.distance(action.axis, action.position)}", action.line)
 
     def leave(self, action: EndProgram) -> None:
@@ -232,7 +232,7 @@ class GrblWriter(LanguageWriter):
         self.ended = True
 
     def wait(self, action: WaitInput) -> None:
-        """Write M0: grbl waits for the operator."""
+        """Write M0, with which grbl waits for the operator instead of the input."""
         self._add("M0", action.line)
         description = f"a wait for input {action.input.number}: M0 waits for the operator"
         self.sheet.impossible(action.line, description, "no inputs in a program", HOST)
@@ -256,7 +256,7 @@ class GrblWriter(LanguageWriter):
         self.sheet.lines = [*before, *self.commented(block)]
 
     def profile(self, action: SetProfile) -> None:
-        """Write the feed of a profile."""
+        """Write the F word for the rate that a setting selects, unless this feed is already in effect."""
         rate = rate_of(action)
         if rate is not None and rate != self.known.get("feed") and action.sets != "ramp":
             self.sheet.add(self.words.feed(rate), action.line)
@@ -286,7 +286,7 @@ class GrblWriter(LanguageWriter):
         return self.registers.sign if action.sign is None else action.sign
 
     def search(self, action: RunEndless | Home, sign: int) -> None:
-        """Write a probing move."""
+        """Write a probing move, which is ended by an input; for a search for home, also set the position to 0."""
         line = action.line
         steps = self.words.distance(action.axis, sign * FAR)
         self._add(f"G91 {probing(action)} {steps}{self._feed(action.profile)}", line, moves=True)

@@ -1,4 +1,4 @@
-"""The fixed part of a host script: the grbl board, and the communication with it."""
+"""The fixed part of every host script: the class `Grbl`, which communicates with the grbl board."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""A host script in Python, which sends each command to grbl, and makes loops, waits and branches itself.
+"""A host script in Python, which sends each command to grbl, and performs loops, waits and branches itself.
 
-G-code for grbl has none of these three.  Inputs are the pins that grbl reports: the probe and the limit
-switches, with hard limits ($21) and homing ($22) off.
+G-code for grbl has none of these three.  Inputs are read from the pins whose levels grbl reports: the
+probe and the limit switches, with hard limits ($21) and homing ($22) off.
 """
 
 from __future__ import annotations
@@ -141,7 +141,7 @@ class ScriptWriter(Structured):
             self.known["rate"] = rate
 
     def profile(self, action: SetProfile) -> None:
-        """Write the rate of a profile."""
+        """Write the call that sets the rate of a profile, unless this rate is already set."""
         rate = rate_of(action)
         if action.sets != "ramp":
             self._set_rate(rate, action.line)
@@ -216,7 +216,7 @@ class ScriptWriter(Structured):
         return ""
 
     def as_long_as(self, node: AsLongAs) -> None:
-        """Write a loop that ends with a break."""
+        """Write an endless loop, left by a break at its end unless all inputs have their given levels."""
         self.sheet.add("while True:", node.head)
         self.inside(node.body, "", node.line)
         self.sheet.depth += 1

@@ -63,12 +63,12 @@ class KlipperWriter(LanguageWriter):
         self._cut(program.block(-1))
 
     def _cut(self, tree: Sequence[Node]) -> None:
-        """Cut a program into pieces."""
+        """Cut a program into pieces, and give each piece the name of a macro."""
         self.pieces = Pieces(tree, self._inside, "" if self.main == MAIN else f"{self.main.lower()}_")
         self.macros = {name: f"{self.main}_{at}" if at else self.main for at, name in enumerate(self.pieces.pieces)}
 
     def _inside(self, action: RunProgram | LeaveProgram) -> Sequence[Node]:
-        """Return the tree of the stored program that a command runs; empty if it is run from a label."""
+        """Return the tree of the stored program that a command runs; empty if the command runs it from a label."""
         if isinstance(action, RunProgram) and action.at:
             description = f"the program runs from {action.at} on"
             self.sheet.impossible(action.line, description, self.entry, self.entry_remedy)
@@ -125,7 +125,7 @@ class KlipperWriter(LanguageWriter):
         return [OutLine(row) for row in rows]
 
     def _macro(self, piece: Portion) -> list[OutLine]:
-        """Return a piece as a macro."""
+        """Return the lines of the macro for a piece."""
         name = self.macros[piece.name]
         self.sheet.lines, self.sheet.depth = [], 1
         state = ", ".join(f'{each}=printer["gcode_macro {self.main}"].{each}' for each in self.kept)
@@ -162,7 +162,7 @@ class KlipperWriter(LanguageWriter):
         return self.macros[name] if name else "M400"
 
     def _decided(self, decision: Decision) -> list[OutLine]:
-        """Return a decision as a delayed_gcode."""
+        """Return the lines of the delayed_gcode that makes a decision."""
         variable = f"SET_GCODE_VARIABLE MACRO={self.main} VARIABLE={decision.counter} VALUE="
         counted = f'printer["gcode_macro {self.main}"].{decision.counter}'
         condition = self._condition(decision.inputs) if decision.inputs else f"{counted} < {decision.passes}"
@@ -189,7 +189,7 @@ class KlipperWriter(LanguageWriter):
 
     # -------------------------------------------------------------------------------------------------------- actions
     def _write(self, node: Node) -> None:
-        """Write a node that contains neither a wait nor a decision, with the comments of its lines."""
+        """Write a node of a program tree that contains neither a wait nor a decision."""
         if isinstance(node, Repeat):
             self.sheet.add(f"{{% for _ in range({node.passes}) %}}", node.head)
             self.sheet.depth += 1
@@ -229,7 +229,7 @@ class KlipperWriter(LanguageWriter):
         return number(value / self.options.steps_per_mm, 4)
 
     def profile(self, action: SetProfile) -> None:
-        """Write rate and acceleration, if a later move reads them from variables."""
+        """Write the assignments of rate and acceleration to variables, if any move reads them from variables."""
         if self.variable_rates and action.profile is not None:
             ramp = action.profile.acceleration if action.profile.ramped else 0.0
             self.sheet.add(f"{{% set ns.speed = {self._mm(action.profile.top)} %}}", action.line)
@@ -243,7 +243,10 @@ class KlipperWriter(LanguageWriter):
             self.sheet.same(action.line, "included in the moves")
 
     def _rates(self, profile: Profile | None) -> str:
-        """Return the words for rate and acceleration; without a ramp, the acceleration is 0, which turns it off."""
+        """Return the SPEED and ACCEL words of a move; without a ramp, ACCEL=0, which turns acceleration off.
+
+        If the profile is None, the words read the rate and the acceleration from variables.
+        """
         if profile is None:
             return " SPEED={ns.speed} ACCEL={ns.accel}"
         acceleration = profile.acceleration if profile.ramped else 0.0

@@ -38,15 +38,15 @@ from .source_sheet import Draft, RegisterCache, heading, lines_of, unspoken, wir
 class LanguageWriter(ABC):
     """A writer for one program in a language.
 
-    A language has a method for each kind of action, and defines its needs and limits:
+    A subclass has a method for each kind of action, and defines the needs and limits of its language:
 
         needs: why a value must be known, such as "a call needs a number".
-        entry: why a program cannot be run from a label; empty: it can be.
+        entry: why a program cannot be run from a label; empty if it can.
         called: the report text for a line that runs a program.
-        moves: the report text for a setting that is written only in the moves.
-        keeps: the non-volatile storage for a result.
-        most_axes, more_axes: the maximum number of axes; the limit, with advice to the user.
-        stem: the name of the first stored program.
+        moves: the report text for a setting that appears only as a part of the moves.
+        keeps: the report text for a command that saves a program.
+        most_axes, more_axes: the maximum number of axes; that limit and a remedy, as texts for the report.
+        stem: the name of the first stored program; the others have their number appended to it.
     """
 
     needs = "a call needs a number"
@@ -73,35 +73,35 @@ class LanguageWriter(ABC):
 
     @abstractmethod
     def written(self) -> Written:
-        """Return the result."""
+        """Return the translation of the program."""
 
     @abstractmethod
     def wires(self) -> Iterable[tuple[str, str]]:
         """Return pairs of a wire's purpose and its pin on the target."""
 
     def finished(self, lines: Iterable[OutLine], assumed: Iterable[tuple[str, str]]) -> Written:
-        """Return the result of the lines, preceded by the comments at the beginning of the source program."""
+        """Return the translation: the given lines, preceded by the comments at the beginning of the source program."""
         out = (*heading(self.program), *lines)
         assumed = [*assumed, *self._counted()]
         return Written(out, tuple(self.sheet.verdicts), wired(self.program, self.wires()), tuple(assumed))
 
     def _counted(self) -> list[tuple[str, str]]:
-        """Return the assumption that positions stay within the limits of the source's counter, if it matters."""
+        """Return the assumption that positions stay within the source counter's limits; empty if not needed."""
         ends = counter_of(sheet_of(self.program.part)) if counts_positions(self.program) else None
         if ends is None:
             return []
         return [("positions", f"never beyond a limit of the counter of the {self.program.part} ({ends[0]}..{ends[1]})")]
 
     def commented(self, block: int) -> list[OutLine]:
-        """Return the lines written for a block, with the comments of its source lines."""
+        """Return the lines written for a block (-1: the host's commands), with the comments of its source lines."""
         return with_comments(lines_of(self.program, block), self.sheet.lines, self.target.comment)
 
     def inner(self, block: int) -> list[Action]:
-        """Return the actions of a stored program, except the ones that begin and end its entry."""
+        """Return the actions of a stored program, without the commands that begin and end the entry of the program."""
         return [each for each in self.program.block(block) if not isinstance(each, EnterProgram | LeaveProgram)]
 
     def first_axis(self, letters: str) -> int:
-        """Return the index of the user's axis among the letters of the language.
+        """Return the index, among the letters of the language, of the axis that the user has selected.
 
         Raises:
             UsageError: the axis is not one of these letters.
@@ -113,7 +113,7 @@ class LanguageWriter(ABC):
 
     # -------------------------------------------------------------------------------------------------------- actions
     def action(self, action: Action) -> None:
-        """Write an action."""
+        """Write an action, by the method for its kind."""
         sheet, line = self.sheet, action.line
         if action.axis > self.most_axes and isinstance(action, OF_AN_AXIS):
             sheet.impossible(line, f"axis {action.axis}", *self.more_axes)
@@ -163,7 +163,7 @@ class LanguageWriter(ABC):
         self.sheet.impossible(line, f"{what} is not known from the text", self.needs, remedy)
 
     def sign_of(self, action: RunEndless | Home) -> int | None:
-        """Return the direction of a run, or None if it is not known."""
+        """Return the direction (1 or -1) of an endless run or a search for home, or None if it is not known."""
         return action.sign
 
     def _run(self, action: LeaveProgram | RunProgram) -> None:
@@ -183,7 +183,7 @@ class LanguageWriter(ABC):
         self.handed_over(block)
 
     def handed_over(self, block: int) -> None:
-        """Record the known values with which a stored program starts; after its run no values are known."""
+        """Record the known rates and ramps with which a stored program starts; after its run, none are known."""
         self.ran_with[block] = dict(self.known) if self.ran_with.get(block, self.known) == self.known else {}
         self.known = {}
 

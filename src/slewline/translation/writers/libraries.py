@@ -39,11 +39,11 @@ class Library(NamedTuple):
     rest: str
 
     def of(self, stepper: str) -> str:
-        """Return the name of a stepper with the operator that a call to one of its methods needs."""
+        """Return the name of a stepper, followed by the operator ("." or "->") for a call to one of its methods."""
         return stepper + self.calls
 
     def helper(self, name: str) -> str:
-        """Return the text of a helper function; a name that ends with OfAxis adds the stepper as a parameter."""
+        """Return the text of a helper function; if its name ends with OfAxis, the stepper is its first parameter."""
         plain = name.removesuffix("OfAxis")
         text = self.helpers[plain]
         return text if plain == name else text.replace(f"{plain}(", f"{name}({self.parameter}, ", 1)

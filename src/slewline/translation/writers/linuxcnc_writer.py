@@ -1,8 +1,9 @@
 """G-code for LinuxCNC: loops and branches are O-words, outputs M64 and M65, inputs M66.
 
-Each move is `G91 G1` or `G90 G1` with the feed set by `F`, in exact stop mode (G61.1): a move ends before the next
-line begins, as in the source.  Jumps that are not a loop or branch become a loop over `#<_state>`.  Ramps are
-those of the machine: from standstill, with MAX_ACCELERATION of the INI file.
+Each move is `G91 G1` or `G90 G1` with the feed set by `F`, in exact stop mode (G61.1): a move ends
+before the next line begins, as in the source.  Jumps that form neither a loop nor a branch become a
+loop over `#<_state>`.  Ramps are those of the machine: from standstill, with MAX_ACCELERATION of the
+INI file.
 """
 
 from __future__ import annotations
@@ -113,7 +114,7 @@ class LinuxCncWriter(Structured):
         self.assign({"distance": "steps"}.get(name, name), value, line)
 
     def preset(self, action: SetPosition) -> None:
-        """Write G92, which sets the position."""
+        """Write G92, which assigns a value to the current position."""
         self.sheet.add(f"G92 {self._word(action.axis, action.position)}", action.line)
 
     def delay(self, action: Delay) -> None:
@@ -126,7 +127,7 @@ class LinuxCncWriter(Structured):
         return f"o<{name}> call"
 
     def leave(self, action: EndProgram) -> None:
-        """Write the end of a program; in a subroutine, the return from it."""
+        """Write the return from a subroutine, except at its last line, where the subroutine ends anyway."""
         name = self.names.get(action.block)
         if name and action is not self.final:
             self.sheet.add(f"o<{name}> return", action.line)
@@ -142,7 +143,7 @@ class LinuxCncWriter(Structured):
         return f"F{number(rate * 60 / self.options.steps_per_mm, 3)}"
 
     def profile(self, action: SetProfile) -> None:
-        """Write the F word of a profile."""
+        """Write the F word for the rate of a profile."""
         rate = rate_of(action)
         if rate is not None and rate != self.known.get("feed") and action.sets != "ramp":
             self.sheet.add(self._f(rate), action.line)
@@ -177,7 +178,7 @@ class LinuxCncWriter(Structured):
         compare_times(self.sheet, action, self.acceleration, FROM_REST)
 
     def _product(self, action: MoveBy) -> str:
-        """Return an expression for the distance of a move, mm, in which unknown factors are parameters."""
+        """Return an expression for the distance of a move, mm; factors not known here are read from parameters."""
         factors = []
         factors.append("#<_direction>" if action.sign is None else number(action.sign))
         factors.append("#<_steps>" if action.distance is None else number(action.distance))
@@ -197,7 +198,7 @@ class LinuxCncWriter(Structured):
             self.sheet.nearly(action.line, PROBED)
 
     def output(self, action: SetOutput) -> None:
-        """Write M64 or M65, which set an output."""
+        """Write M64 or M65, which switches an output on or off."""
         if action.number > OUTPUTS:
             limit = f"{OUTPUTS} digital outputs (M62 to M65)"
             self.sheet.impossible(action.line, f"output {action.number}", limit, "load motmod with a larger num_dio")
@@ -239,7 +240,7 @@ class LinuxCncWriter(Structured):
         return f"#<_{name}> {({'==': 'EQ', '>=': 'GE', '<': 'LT'})[sign]} {value}"
 
     def condition(self, inputs: Sequence[Input], source: int) -> str:
-        """Return a condition on inputs, after writing an M66 for each of them, which reads its level."""
+        """Write an M66 to read each input; return the condition that all inputs have their given levels."""
         if len(inputs) == 1:
             self._is_input(inputs[0].number, source)
             self.sheet.add(f"M66 P{inputs[0].number - 1} L0", source)
@@ -280,7 +281,7 @@ class LinuxCncWriter(Structured):
         self.forget(node.body)
 
     def if_true(self, condition: str, source: int) -> tuple[str, str]:
-        """Write the O-word that begins an if branch; return the O-words for "else" and for its end."""
+        """Write the O-word that begins an if branch; return the O-words for "else" and for the end of the branch."""
         branch = self._o()
         self.sheet.add(f"o{branch} if [{condition}]", source)
         return f"o{branch} else", f"o{branch} endif"

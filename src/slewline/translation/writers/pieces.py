@@ -17,7 +17,7 @@ END = ""
 
 @dataclass
 class Portion:
-    """Actions without a wait, and the name of the piece or decision that follows, or END if none follows."""
+    """A piece: actions without a wait, and the name of the piece or decision that follows, or END if none does."""
 
     name: str
     body: list[Node] = field(default_factory=list)
@@ -31,7 +31,8 @@ class Decision:
     Attributes:
         inputs: `to` follows if all these inputs have their given levels, otherwise `other`.
         waits: whether the decision is repeated until the inputs have these levels.
-        passes: for a decision without inputs, `to` follows this number of times, then `other`.
+        passes: for a decision without inputs, the number of passes of a loop: `other` follows after the last
+            pass, `to` after each earlier one.
         counter: the name of the variable that counts the passes.
         line: the line of the source.
     """
@@ -47,7 +48,7 @@ class Decision:
 
 
 def simple(node: Node) -> bool:
-    """Return whether a node can be written in one piece: no waits, decisions, runs or ends of a program."""
+    """Return whether a node fits into one piece: it has no wait or decision, and does not run or end a program."""
     if isinstance(node, Repeat):
         return all(simple(each) for each in node.body)
     runs_one = isinstance(node, RunProgram) or (isinstance(node, LeaveProgram) and node.runs)
@@ -58,8 +59,8 @@ class Pieces:
     """Pieces of a program, and the decisions between them.
 
     Args:
-        tree: the tree of the host's commands.
-        program: a function that returns the tree of the stored program that a command runs.
+        tree: the tree of the program that is cut into pieces.
+        program: a function that returns the tree of the stored program that a given command runs.
         prefix: the prefix for the names of decisions.
     """
 
@@ -84,7 +85,7 @@ class Pieces:
         return name
 
     def _flow(self, tree: Sequence[Node], name: str, then: str, leave: str) -> None:
-        """Put nodes into piece `name` and its successors; `then` follows them, `leave` follows a program's end."""
+        """Put nodes into piece `name` and its successors, which lead to `then`, or to `leave` if the program ends."""
         piece = self.pieces[name]
         for place, node in enumerate(tree):
             if simple(node):
@@ -98,7 +99,7 @@ class Pieces:
         piece.then = then
 
     def _cut(self, node: Node, after: str, leave: str) -> str:
-        """Return the name of the piece or decision for a node that cannot be in a piece; `after` follows the node."""
+        """Return the name of the first piece or decision for a node that is not `simple`; `after` follows the node."""
         match node:
             case WaitInput():
                 return self._decision(to=after, inputs=(node.input,), waits=True, line=node.line)
@@ -166,7 +167,7 @@ class Pieces:
         self.decisions = {name: decision for name, decision in self.decisions.items() if name in used}
 
     def _real(self, name: str) -> str:
-        """Return the first piece or decision that is not empty, from the piece `name` onwards."""
+        """Return the name of the first decision or non-empty piece from `name` onwards; END if there is none."""
         seen = set()
         while name in self.pieces and not self.pieces[name].body and name not in seen:
             seen.add(name)
@@ -174,7 +175,7 @@ class Pieces:
         return name
 
     def returns(self, name: str) -> bool:
-        """Return whether a piece leads back to itself through pieces alone, without a decision in between."""
+        """Return whether a piece leads back to itself through other pieces alone, without a decision in between."""
         at = self.pieces[name].then
         seen = set()
         while at in self.pieces and at not in seen:

@@ -21,12 +21,12 @@ class SketchPins:
         self.used: dict[str, str] = {}
 
     def pin(self, name: str, pin: str) -> str:
-        """Return the name of a pin, and record the pin for declaration."""
+        """Record a pin, so that it is declared under a given name; return the name."""
         self.used[name] = pin
         return name
 
     def declarations(self) -> list[OutLine]:
-        """Return the constants of all pins."""
+        """Return the declarations of all pins, as constants."""
         found = []
         for axis in self.axes:
             end = self._suffix(axis)
@@ -66,7 +66,7 @@ class SketchPins:
         ]
 
     def prepared(self) -> list[OutLine]:
-        """Return the lines of setup() that prepare the pins."""
+        """Return the lines of setup() that prepare the pins and the steppers."""
         found: list[OutLine] = []
         for output, level in outputs(self.program):
             if output <= len(self.library.outputs):
@@ -90,5 +90,5 @@ class SketchPins:
 
 
 def level_name(level: int) -> str:
-    """Return the Arduino name of a level."""
+    """Return the Arduino name of a level: HIGH or LOW."""
     return "HIGH" if level else "LOW"

@@ -48,25 +48,28 @@ class Draft:
         self._indent = indent
 
     def add(self, text: str, source: int = 0, comment: str = "") -> None:
-        """Add a line."""
+        """Add a line to the result; `source` is the source line that it translates, or 0."""
         self.lines.append(OutLine(self._indent * self.depth + text, comment, source))
 
     def remark(self, text: str, source: int = 0) -> None:
-        """Add a comment as a line of its own."""
+        """Add a comment to the result, as a line of its own."""
         self.add(self.comment(text), source)
 
     def same(self, line: int, description: str = "") -> None:
-        """Record that the result of a source line has the same effect."""
+        """Record that the translation of a source line has the same effect as that line."""
         self.verdicts.append(LineVerdict(line, LineKind.SAME, description))
 
     def nearly(self, line: int, description: str, off: float = 0.0, off_ps: int = 0) -> None:
-        """Record that the result of a source line has nearly the same effect, and by how much it differs."""
+        """Record that the translation of a source line has nearly the same effect as that line.
+
+        The difference is given as a fraction (`off`) and as a time in ps.
+        """
         verdict = LineVerdict(line, LineKind.NEARLY, description, off=off, off_ps=off_ps)
         if verdict not in self.verdicts:  # an unrolled loop repeats the remark in each pass
             self.verdicts.append(verdict)
 
     def impossible(self, line: int, description: str, limit: str, remedy: str) -> None:
-        """Record that a line of the source is not possible, and put a comment in its place."""
+        """Record that a source line cannot be translated, and add a comment to the result in place of the line."""
         verdict = LineVerdict(line, LineKind.IMPOSSIBLE, description, limit, remedy)
         if verdict not in self.verdicts:
             self.verdicts.append(verdict)
@@ -74,7 +77,7 @@ class Draft:
 
 
 def with_comments(lines: Iterable[Line], out: Sequence[OutLine], comment: Callable[[str], str]) -> list[OutLine]:
-    """Return a result with the source's comments, next to the code they belong to or before the next code."""
+    """Return the lines of a result with the source's comments, each at its code or else before the next code."""
     found = list(out)
     for line in lines:
         if not line.comment:
@@ -93,7 +96,7 @@ def with_comments(lines: Iterable[Line], out: Sequence[OutLine], comment: Callab
 
 
 def heading(program: Program) -> list[OutLine]:
-    """Return the comments at the beginning of a program as lines of the result."""
+    """Return the comments before the first command of a program, as lines of the result."""
     return [OutLine("", line.comment, line.number) for line in _heading(program) if line.comment]
 
 
@@ -103,7 +106,10 @@ def _heading(program: Program) -> list[Line]:
 
 
 def lines_of(program: Program, block: int) -> list[Line]:
-    """Return the lines of a block without the heading; a comment on a line of its own belongs to the code after it."""
+    """Return the source lines of a block without the heading.
+
+    A comment on a line of its own belongs to the code after it.
+    """
     found: list[Line] = []
     waiting: list[Line] = []
     belongs = -1
@@ -121,19 +127,19 @@ def lines_of(program: Program, block: int) -> list[Line]:
 
 # ------------------------------------------------------------------------------------------------------------- numbers
 def number(value: float, digits: int = 6) -> str:
-    """Return a number as text, without an exponent and without trailing zeros."""
+    """Return a number as text, with up to `digits` decimals, without an exponent and without trailing zeros."""
     text = f"{value:.{digits}f}"
     text = text.rstrip("0").rstrip(".") if "." in text else text
     return "0" if text in ("-0", "") else text
 
 
 def grouped(value: int) -> str:
-    """Return an integer with separators: 1,000,000."""
+    """Return an integer as text with thousands separators: 1,000,000."""
     return f"{value:,}"
 
 
 def seconds(ps: float) -> str:
-    """Return a time in a suitable unit: 1.25 s, 30 ms, 400 us."""
+    """Return a time in ps as text in a suitable unit: 1.25 s, 30 ms, 400 us."""
     for size, unit in ((1e12, "s"), (1e9, "ms"), (1e6, "us")):
         if abs(ps) >= size:
             return f"{ps / size:.4g} {unit}"
@@ -141,13 +147,13 @@ def seconds(ps: float) -> str:
 
 
 def digits_for(steps_per_mm: float) -> int:
-    """Return the number of decimals of a millimetre value needed to resolve an eighth of a step."""
+    """Return the number of decimals that resolve an eighth of a step in millimetres; 0 if a step is 1 mm."""
     return max(0, math.ceil(math.log10(steps_per_mm * 8))) if steps_per_mm != 1 else 0
 
 
 # --------------------------------------------------------------------------------------------------------------- times
 def compare_times(sheet: Draft, action: MoveBy | MoveTo, acceleration: float, why: str) -> None:
-    """Record how much the time of a move differs in a target that starts every move from standstill."""
+    """Record the difference between a move's time in the source and in a target that starts from standstill."""
     profile, steps = action.profile, action.steps
     if profile is None or not steps:
         sheet.nearly(action.line, f"the steps are the same; {why}")
@@ -159,7 +165,7 @@ def compare_times(sheet: Draft, action: MoveBy | MoveTo, acceleration: float, wh
 
 # ----------------------------------------------------------------------------------------------------------- registers
 class RegisterCache:
-    """The values of the source's registers at a place in the program, as far as known."""
+    """The values of the source's registers at one point of the program; None for a value that is not known."""
 
     def __init__(self) -> None:
         self.distance: int | None = None
@@ -168,7 +174,7 @@ class RegisterCache:
         self.profile: Profile | None = None
 
     def note(self, action: Action) -> None:
-        """Update the values by the effect of an action."""
+        """Update the values according to the effect of an action."""
         match action:
             case SetDistance():
                 self.distance = action.steps
@@ -192,7 +198,7 @@ class RegisterCache:
                 pass
 
     def _changed(self, action: SetProfile) -> Profile | None:
-        """Return the profile after a setting whose own profile depends on the path, derived from the one before it."""
+        """Return the known profile, changed by a setting that has no profile of its own; None if it is not known."""
         old = self.profile
         if old is None or action.value is None:
             return None
@@ -203,7 +209,7 @@ class RegisterCache:
         return old
 
     def steps(self, action: MoveBy | MoveTo) -> int | None:
-        """Return the steps of a move with their sign, from the values known here."""
+        """Return the signed number of steps of a move, from the values known here; None if they do not suffice."""
         if action.steps is not None:
             return action.steps
         if isinstance(action, MoveTo):
@@ -216,9 +222,10 @@ class RegisterCache:
 
 
 def unspoken(sheet: Draft, action: Action, keeps: str, language: str) -> bool:
-    """Handle an action that no target needs (a host directive, a query, saving); return whether it was one.
+    """Record the verdict on an action for which no target has a command, and return whether it is of this kind.
 
-    `keeps` names the non-volatile storage for the result, `language` the source of the limits.
+    Such actions are host directives, queries and saving.  `keeps` is the report text for saving a program,
+    `language` the name of the target's language, whose limits the report states.
     """
     match action:
         case HostDirective():
@@ -250,6 +257,6 @@ def unspoken(sheet: Draft, action: Action, keeps: str, language: str) -> bool:
 
 
 def wired(program: Program, names: Iterable[tuple[str, str]]) -> tuple[tuple[str, str, str], ...]:
-    """Return triples of a wire's purpose, its name in the source, and its name in the target (empty: none)."""
+    """Return triples of a wire's purpose, its name in the source, and its name in the target (empty if none)."""
     known = dict(names)
     return tuple((role, name, known.get(role, "")) for role, name in program.wiring.items())

@@ -1,7 +1,7 @@
-"""Common base of writers whose language has loops and branches: the walk through the tree of a program (`flow.py`).
+"""Base of the writers for languages with loops and branches: the walk through a program's tree (`flow.py`).
 
-A language defines how a loop or a branch is opened and closed, how a variable is set, and how a condition on inputs
-is written; each kind of action is also written by a method.
+A language defines how a loop or a branch is opened and closed, how a variable is set, and how a
+condition on inputs is written.  It also has a method for each kind of action.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from .language_writer import LanguageWriter
 
 
 class Structured(LanguageWriter):
-    """A writer for one program in a language with loops; `nothing` is the language's empty statement."""
+    """A writer for one program in a language with loops and branches; `nothing` is its empty statement."""
 
     nothing = ""
     true = "true"
@@ -27,7 +27,7 @@ class Structured(LanguageWriter):
         self.final: Action | None = None  # with which a stored program ends anyway
 
     def program_tree(self, actions: Sequence[Action]) -> None:
-        """Write a stored program."""
+        """Write the actions of a stored program, as loops and branches."""
         self.final = actions[-1] if actions else None
         self.tree(structured(actions))
 
@@ -42,7 +42,7 @@ class Structured(LanguageWriter):
 
     @abstractmethod
     def compare(self, name: str, sign: str, value: int) -> str:
-        """Return the condition that a variable is equal to (==), at least (>=) or less than (<) a number."""
+        """Return the condition that a variable is equal to (`sign` ==), at least (>=) or less than (<) a number."""
 
     @abstractmethod
     def condition(self, inputs: Sequence[Input], source: int) -> str:
@@ -50,7 +50,7 @@ class Structured(LanguageWriter):
 
     @abstractmethod
     def repeat(self, passes: int, source: int) -> str:
-        """Write the head of a loop; return its closing text."""
+        """Write the head of a loop with a given number of passes; return its closing text."""
 
     def forever(self, source: int) -> str:
         """Write the head of an endless loop; return its closing text."""
@@ -62,7 +62,7 @@ class Structured(LanguageWriter):
 
     @abstractmethod
     def as_long_as(self, node: AsLongAs) -> None:
-        """Write a loop whose condition is at its end."""
+        """Write a loop that tests its condition after each pass."""
 
     @abstractmethod
     def if_true(self, condition: str, source: int) -> tuple[str, str]:
@@ -74,7 +74,7 @@ class Structured(LanguageWriter):
 
     # ------------------------------------------------------------------------------------------------------ the walk
     def inside(self, tree: Sequence[Node], close: str, source: int) -> None:
-        """Write the body of a loop or a branch, and the closing text."""
+        """Write the body of a loop or a branch, and its closing text."""
         self.forget(tree)
         self.sheet.depth += 1
         before = len(self.sheet.lines)
@@ -87,7 +87,7 @@ class Structured(LanguageWriter):
         self.forget(tree)
 
     def forget(self, tree: Sequence[Node]) -> None:
-        """Drop the register values that a tree changes, because several paths meet before and after the tree."""
+        """Drop the register values that a tree may change, since several paths meet at its start and at its end."""
         if any(isinstance(each, SetProfile) for each in nodes(tree)):
             self.registers.profile, self.known = None, {}
         self.registers.position = None
@@ -129,7 +129,7 @@ class Structured(LanguageWriter):
             self.inside(node.otherwise, close, node.line)
 
     def _states(self, node: Stages) -> None:
-        """Write pieces that select their successors, as a loop around one branch per piece."""
+        """Write pieces that select their successors, as a loop that contains one branch per piece."""
         number = next(self.numbers)
         state = "state" if number == 1 else f"state{number}"
         counted = [piece.number for piece in node.states if piece.passes]

@@ -1,8 +1,9 @@
-"""TMCL, the language of Trinamic's controllers, for a module that runs its program by itself.
+"""TMCL, the language of Trinamic's controllers, for a module that runs its program without a host.
 
-It has labels, jumps and subroutines, like the parts themselves, so the program flow is unchanged.  Rates and
-accelerations are in pulses/s and pulses/s^2, at the resolution set by parameter 140; parameters 19 and 20 are the
-start rate.  The parameter numbers, their ranges and the commands follow the TMCM-1290 TMCL firmware manual, V1.01.
+TMCL has labels, jumps and subroutines, as the source languages do, so the program flow is unchanged.
+Rates and accelerations are in pulses/s and pulses/s^2, at the resolution set by parameter 140;
+parameters 19 and 20 (start and stop rate) are the start rate.  The parameter numbers, their ranges and
+the commands follow the TMCM-1290 TMCL firmware manual, V1.01.
 """
 
 from __future__ import annotations
@@ -57,7 +58,7 @@ def parameters(profile: Profile) -> dict[int, float]:
 
 
 def label(name: str) -> str:
-    """Return a label in TMCL form: a letter, then letters and digits."""
+    """Return the name of a source label in the form that TMCL requires: a letter, then letters and digits."""
     plain = re.sub(r"\W", "", name)
     return plain[0].upper() + plain[1:] if plain.startswith(("line", "start", "end")) else f"Label{plain}"
 
@@ -139,7 +140,7 @@ class TmclWriter(LanguageWriter):
 
     # ------------------------------------------------------------------------------------------------------------ flow
     def _flow(self, action: Action, after: list[Action]) -> None:
-        """Write an action of a stored program."""
+        """Write an action of a stored program; `after` holds the program's later actions."""
         sheet, line = self.sheet, action.line
         match action:
             case Label():
@@ -160,7 +161,7 @@ class TmclWriter(LanguageWriter):
                 self.action(action)
 
     def _label(self, name: str, line: int, after: list[Action]) -> None:
-        """Write a label if a jump or a run of the program leads to it."""
+        """Write a label if a jump leads to it, or if a command runs the program from it."""
         block = [each for each in self.program.actions if each.block == self.block]
         jumps = [each for each in block if isinstance(each, Jump | Loop) and each.to == name]
         entered = any(isinstance(each, RunProgram) and each.at == name for each in self.program.actions)
@@ -230,7 +231,7 @@ class TmclWriter(LanguageWriter):
         self.sheet.same(line)
 
     def leave(self, action: EndProgram) -> None:
-        """Write the end of a subroutine."""
+        """Write the return from a subroutine."""
         self.sheet.add("RSUB", action.line)
         super().leave(action)
 
@@ -281,7 +282,7 @@ class TmclWriter(LanguageWriter):
         sheet.nearly(line, description, abs(becomes - was) / was if was else 0.0, round(abs(becomes - was) * PS))
 
     def _turn(self, position: int, line: int) -> None:
-        """Write the commands that set the direction to the one in which a move to a position will go."""
+        """Write the commands that set the direction variable to the direction of a move to a given position."""
         ahead = self._new("Ahead")
         self._all(line, f"SGP {DIRECTION}, 2, 1", "GAP 1, 0", f"COMP {position}", f"JC LE, {ahead}")
         self._all(line, f"SGP {DIRECTION}, 2, -1", f"{ahead}:")

@@ -1,8 +1,8 @@
-"""A host's port on the command port of one chip: handshake, read-outs, live commands, on-the-fly requests.
+"""A host's port on the command port of one chip: handshake, read-outs, live commands, rate changes.
 
     wait READY high, byte on the bus, I/O REQUEST low, wait READY low, I/O REQUEST high           (s.2, s.11)
 
-The host responds without delay unless `delay_ps` is set: the time that its program takes before each byte.
+The host responds without delay unless `delay_ps` is set: the time its program takes before each byte.
 """
 
 from __future__ import annotations
@@ -30,8 +30,9 @@ class CommandPort:
     """A host's port on one chip: drivers on the chip's command port, and the nets that the host reads.
 
     Args:
+        chip: the connection to the chip.
         queue: the host's request queue; the port is used within its requests.
-        received: the bytes read out from all chips of the host.
+        received: receives the bytes read out; all ports of the host share it.
         delay_ps: the time that the host's program takes before each byte, ps.
     """
 
@@ -48,7 +49,7 @@ class CommandPort:
         self.sent = 0  # without the bytes being sent as a value
 
         def line(role: str) -> Net:
-            """Return the net of the pin with a role, or an unconnected net if the part has no such pin."""
+            """Return the net of the pin with the given role; if the part has no such pin, a new net that reads high."""
             row = chip.sheet.role(role)
             return Net(self.kernel, f"{host}.({role})", tie=1) if row is None else chip.pins[row.name].net
 
@@ -72,7 +73,7 @@ class CommandPort:
         return self.sent + (0 if exchange is None else exchange.in_flight)
 
     def awaits(self, _number: int, low: bool) -> tuple[tuple[Net, int], ...]:
-        """Return the levels that the port waits for (handshake.py), depending on whether I/O REQUEST is `low`."""
+        """Return the net and level that the port waits for: READY low while I/O REQUEST is `low`, else READY high."""
         return ((self.ready, 0 if low else 1),)
 
     def rest(self) -> None:
@@ -83,11 +84,15 @@ class CommandPort:
         self.bus.drive(None)
 
     def ps(self, us: int) -> int:
-        """Return a time from the data sheet (µs) in picoseconds, scaled to the chip's crystal frequency."""
+        """Convert a time from the data sheet (µs) to picoseconds at the chip's actual crystal frequency."""
         return self.clock.ps(us * self.sheet.crystal_hz // 1_000_000)
 
     def text(self, command: str) -> bytes:
-        """Return a command in the current mode of this port: ASCII, or letter, count and data in binary mode."""
+        """Return the bytes of a command in the chip's current mode: ASCII, or binary (letter, count and data).
+
+        Raises:
+            UsageError: the chip is in binary mode, and the text is not a command.
+        """
         from ....language.dialect import spoken_as
         from ....language.text import CommandText, TextDialect
 
@@ -104,7 +109,7 @@ class CommandPort:
         raise UsageError(f"host: {command!r} is not a command, so it cannot be converted to binary")
 
     def group_size(self, group: int) -> int:
-        """Return the size of a verify group in bytes; the position has 5 digits, or 2 bytes in binary mode."""
+        """Return the size of a verify group in bytes; group 0 (position) has 5 digits, or 2 bytes in binary mode."""
         return 2 if group == 0 and self.mode.level == 0 else self.verify_bytes[group]
 
     def group_of(self, command: str) -> int | None:
@@ -155,7 +160,7 @@ class CommandPort:
             drive_bus(None)
 
     async def fetch(self, number: int) -> bytes:
-        """Read a number of verify bytes (s.6): I/O SELECT high, one I/O REQUEST per byte."""
+        """Read and return `number` verify bytes (s.6): I/O SELECT is high, with one I/O REQUEST per byte."""
         data = bytearray()
         await level(self.ready, 1)
         self.bus.drive(None)
@@ -172,26 +177,26 @@ class CommandPort:
         return bytes(data)
 
     async def start(self) -> None:
-        """Send the command that runs the program, and wait until the program runs."""
+        """Send the command that runs the stored program, and wait until this program runs."""
         await self.command_mode("wait until RUN is high, or use live commands")
         (run,) = self.sheet.acting("run")
         await self.send(self.text(run.form))
         await level(self.running, 0)
 
     async def command_mode(self, remedy: str) -> None:
-        """Wait until a byte may be sent.
+        """Wait until READY is high, so that a command may be sent.
 
         Raises:
-            UsageError: a program is running, so the chip accepts no byte; the message ends with `remedy`.
+            UsageError: a program is running, so the chip accepts no command; the message ends with `remedy`.
         """
         await level(self.ready, 1)
         if self.running.level == 0:
             raise UsageError(f"{self.queue.name}: {self.chip} accepts no command while its program runs; {remedy}")
 
     async def live(self, commands: Sequence[str], number: int | None = None) -> list[tuple[int, bytes]]:
-        """Send commands through PROG/LIVE, and read the groups that they select; return (group, bytes) for each group.
+        """Send commands through PROG/LIVE, and return (group, bytes) for each verify group that they select.
 
-        `number`: the bytes to read per group; None: the whole group.
+        `number`: the number of bytes to read per group; None: the whole group.
         """
         self.prog.drive(0)
         await self._between_instructions()
@@ -212,7 +217,10 @@ class CommandPort:
         return found
 
     async def _between_instructions(self) -> None:
-        """Wait for a gap between two instructions; READY high is not enough, as a motion may be about to begin."""
+        """Wait for a gap between two instructions.
+
+        READY must stay high for `SETTLED_US`, because at first a motion may still be about to begin.
+        """
         while True:
             await level(self.ready, 1)
             if await first_of(self.kernel, self.kernel.now + self.ps(SETTLED_US), (self.ready, 0)) is None:
@@ -230,7 +238,10 @@ class CommandPort:
         return await self.fetch(self.group_size(group) if number is None else number)
 
     async def change_rate(self, rate: int) -> None:
-        """Request a rate while the motor slews: SLEW low, rate on the bus, I/O REQUEST low until SLEW is high (s.7)."""
+        """Request another rate while the motor slews (s.7).
+
+        Wait for SLEW low, put the rate on the bus, and hold I/O REQUEST low until SLEW is high.
+        """
         await level(self.slew, 0)
         self.bus.drive((0xFF, rate))
         self.request.drive(0)
@@ -239,7 +250,10 @@ class CommandPort:
         self.bus.drive(None)
 
     async def read_position(self) -> int:
-        """Read the position while the motor steps: I/O SELECT high, one byte at each rising edge of OUTSTROBE (s.6)."""
+        """Return the position that the chip outputs while the motor steps (s.6).
+
+        I/O SELECT is high; one byte is read at each of two rising edges of OUTSTROBE, the high byte first.
+        """
         self.select.drive(1)
         data = bytearray()
         for _ in range(2):
@@ -253,7 +267,10 @@ class CommandPort:
 
 
 class BusSender(Leader[Handshakes]):
-    """The bytes that a host sends to a chip: as one value where possible, else edge by edge."""
+    """The exchanges by which a host sends bytes to a chip as one value, without simulating each edge.
+
+    Where this is not possible, `CommandPort.send` sends the bytes edge by edge.
+    """
 
     def __init__(self, port: CommandPort) -> None:
         super().__init__(port.request.net)
@@ -261,11 +278,11 @@ class BusSender(Leader[Handshakes]):
 
     @property
     def by_value(self) -> bool:
-        """True if the last byte was sent as a value, and nothing has observed the lines since."""
+        """True if the last byte was sent as part of a value, and the lines have not been observed since then."""
         return self.exchange is not None and self.exchange.by_value
 
     def begin(self, data: bytes, at: int) -> bool:
-        """Begin to send `data` as a value, from index `at` on; return whether this is possible."""
+        """Begin to send `data`, from index `at` on, as one value; return False if this is not possible."""
         port, exchange = self.port, self.exchange
         if exchange is None or not (number := exchange.chip.takes(data, at)):
             return False
@@ -276,7 +293,7 @@ class BusSender(Leader[Handshakes]):
         return exchange.send(coming)
 
     def made(self, ends: tuple[Any, ...]) -> Handshakes | None:
-        """Return the handshakes with the chip on this I/O REQUEST; None unless exactly one chip is on this line."""
+        """Return the handshakes with the chip; None unless it alone is on I/O REQUEST, with its READY on this port."""
         port = self.port
         if len(ends) != 1 or not hasattr(ends[0], "byte_times"):
             return None

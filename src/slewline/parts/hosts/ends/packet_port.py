@@ -32,7 +32,7 @@ USUAL = Strobes()
 
 
 class Packet(NamedTuple):
-    """A packet on the bus: after the written words, `reads` words are read, then, if `checked`, the checksum."""
+    """A packet: `code` and `words` are written, `reads` words are read, then, if `checked`, the checksum."""
 
     code: int
     words: tuple[int, ...] = ()
@@ -40,7 +40,7 @@ class Packet(NamedTuple):
     checked: bool = True
 
     def spelled(self, sheet: Sheet) -> str:
-        """Return the packet as readable text, such as SET_POS (10 0000 3039)."""
+        """Return the packet as text: name, then code and words in hexadecimal, such as SET_POS (10 0000 3039)."""
         row = sheet.commands.by_code.get(self.code)
         sent = " ".join([f"{self.code:02x}", *(f"{word:04x}" for word in self.words)])
         return f"packet {sent}" if row is None else f"{row.name} ({sent})"
@@ -56,16 +56,17 @@ class Packet(NamedTuple):
 
 
 class PacketPort:
-    """A host's port on one chipset: drivers on its host port, and the current axis as far as the host knows.
+    """A host's port on one chipset: drivers on the chipset's host port, and the current axis known to the host.
 
     Args:
+        chip: the connection to the chipset.
         queue: the host's request queue; the port is used within its requests.
-        received: all words read from all chipsets of the host.
-        finding: a function that reports a finding.
+        received: receives the words read; all ports of the host share it.
+        finding: a function that reports a finding, given its code and its text.
         delay_ps: the time that the host's program takes before each operation, ps.
 
     Attributes:
-        sparse: whether a wait omits status queries whose answers cannot differ because no event is due.
+        sparse: whether `until_status` omits queries before the next event, whose answers cannot differ.
     """
 
     def __init__(
@@ -96,7 +97,11 @@ class PacketPort:
         self.rest()
 
     def _restarts(self, _net: Net | None = None) -> None:
-        """Handle a restart: RESET changes, a reset command is sent, or an output floats because the supply is off."""
+        """Record a restart of the chipset: axis 1 is current, and no command waits for an update.
+
+        The chipset restarts when RESET changes, on a reset command, and when its supply is switched off, which
+        lets an output float.
+        """
         self.axis = 1
         self.pending.clear()
 
@@ -112,7 +117,7 @@ class PacketPort:
         await level(self.host_ready, 1)
 
     async def write(self, data: bytes, command: bool, how: Strobes) -> None:
-        """Write a command byte, or the two bytes of a word, as one operation."""
+        """Write a command byte (`command`), or the bytes of a word, as one operation with the strobe times `how`."""
         if self.delay_ps or self.host_ready.level != 1:
             await self._begin(how)
         strobed = Strobed(self.kernel.now, len(data), how)
@@ -123,7 +128,7 @@ class PacketPort:
         await until(self.kernel, strobed.end)
 
     async def read(self, number: int, how: Strobes) -> bytes:
-        """Read the bytes of a word as one operation, each byte at the end of its strobe."""
+        """Read and return `number` bytes as one operation, each byte at the end of its strobe."""
         if self.delay_ps or self.host_ready.level != 1:
             await self._begin(how)
         strobed = Strobed(self.kernel.now, number, how)
@@ -144,7 +149,7 @@ class PacketPort:
             await until(self.kernel, self.kernel.now + self.delay_ps)
 
     def note_update(self, code: int) -> None:
-        """Record an accepted command: an update and when it takes effect, or a buffered command that awaits one."""
+        """Record an accepted command: when it takes effect, if it is an update; that it awaits one, if buffered."""
         if updates(self.sheet, code):
             self.worked_ps = self.kernel.now + self.cycle_ps
             self.pending.clear()
@@ -152,7 +157,7 @@ class PacketPort:
             self.pending[row.name] = None
 
     def note_axis(self, code: int, found: Sequence[int] = ()) -> None:
-        """Record the current axis after a packet, given its code and the words that were read."""
+        """Record which axis is current after a packet, given the packet's code and the words read."""
         row = self.rows.get(code)
         if row is None:
             return
@@ -166,13 +171,19 @@ class PacketPort:
 
     # ----------------------------------------------------------------------------------------------- in the host's task
     async def begin(self, how: Strobes) -> None:
-        """Wait until a byte may be sent, and mark the request as begun, so that it will be completed."""
+        """Wait for HostRdy high if `how.ready`; mark the request as begun, so that `drop` does not interrupt it."""
         if how.ready:
             await self.ready()
         self.queue.begun = True
 
     async def exchange(self, packet: Packet, axis: int = UNKNOWN) -> tuple[int, ...]:
-        """Send a packet immediately, with `axis` made current first; return the words read, without the checksum."""
+        """Make `axis` current unless it is UNKNOWN, send a packet, and return the words read, without the checksum.
+
+        The caller is a task of the host: nothing is queued.
+
+        Raises:
+            ChecksumError: the checksum is wrong.
+        """
         if axis not in (UNKNOWN, self.axis):
             await self.exchange(packet_of(packets.row(self.sheet, f"SET_{axis}")))
         await self.ready()
@@ -197,7 +208,7 @@ class PacketPort:
             raise ChecksumError(f"{self.queue.name}: {wrong}")
 
     async def take(self, number: int, how: Strobes) -> bytes:
-        """Read bytes immediately, and return them; a word of two bytes is also added to `received`."""
+        """Read and return bytes, in the host's task; two bytes are also added to `received`, as one word."""
         data = await self.read(number, how)
         if number == 2:
             self.received.append(int.from_bytes(data, "big"))
@@ -210,13 +221,13 @@ class PacketPort:
         axis: int = UNKNOWN,
         never: Callable[[], bool] = lambda: False,
     ) -> int:
-        """Poll the status word immediately, until a bit has the wanted level; return the word.
+        """Poll the status word until a bit is 1, or, if `bit` begins with "!", 0; return the status word.
 
         An axis is in motion only after the cycle in which its update takes effect, so !in_motion is polled only
-        after that cycle.
+        after that cycle.  `every_ps` is the pause between two polls.
 
         Raises:
-            Timeout: `never`, called after each poll, has returned True twice in a row: the level can no longer occur.
+            Timeout: `never`, called after each poll, was True twice in a row: the level can no longer occur.
         """
         field, wanted = packets.status_bit(self.sheet, bit.removeprefix("!")), not bit.startswith("!")
         question = packet_of(packets.row(self.sheet, "GET_STATUS"))
@@ -238,8 +249,9 @@ class PacketPort:
         """Return the total time (ps) of the status queries, one per period, that would end before the next event.
 
         Args:
-            due_ps: the next event, as known when the last query began; it may have occurred during that query.
-            period_ps: the time from one query to the next.
+            due_ps: the instant of the next event, as known when the last query began; None: no event was due.
+                The event may have occurred during that query.
+            period_ps: the time from the start of one query to the start of the next.
         """
         horizon_ps = self.kernel.horizon
         end_ps = horizon_ps if due_ps is None else min(due_ps, horizon_ps)
@@ -252,20 +264,20 @@ UPDATES = ("UPDATE", "MULTI_UPDATE")
 
 
 def packet_of(row: PacketRow, values: Sequence[int] = ()) -> Packet:
-    """Return a command, given by its row and the values of its arguments, as a packet."""
+    """Return the packet for a command, given by its row in the data sheet and the values of its arguments."""
     return Packet(row.code, packets.words(row, values), packets.counted(row.reads), row.name != RESET)
 
 
 def updates(sheet: Sheet, code: int) -> bool:
-    """Return whether this is the code of an update command, which takes effect in the next cycle."""
+    """Return whether `code` is the code of an update command; such a command takes effect in the next cycle."""
     row = sheet.commands.by_code.get(code)
     return row is not None and row.name in UPDATES
 
 
 def operations(data: bytes) -> Iterator[tuple[bytes, bool]]:
-    """Yield the write operations for the bytes of a packet: the bytes of each, and whether they are a command.
+    """Yield the write operations for the bytes of a packet, each as its bytes and whether it writes a command.
 
-    The first byte is a command; words follow.
+    The first byte is the command; words of two bytes follow.
     """
     yield data[:1], True
     for at in range(1, len(data), 2):

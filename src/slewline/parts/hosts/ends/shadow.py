@@ -1,7 +1,8 @@
-"""Shadow registers: the knowledge that a host has of a part from the bytes it has sent, such as the mode register.
+"""Shadow registers: a host's knowledge of a part, such as of its mode register, from the bytes sent to it.
 
-A part that stores its program unchanged has no pin that shows its mode, so the host keeps track of the mode.  A host
-sees neither the commands of another program on the part's other side, nor the effects of a stored program.
+A part that stores programs as received has no pin that shows its mode, so the host keeps track of the
+mode.  The host sees neither commands that reach the part over its other channel (bus or serial line),
+nor the effects of a program stored in the part.
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ class Shadow:
 
     @property
     def ascii(self) -> bool:
-        """True while commands are in ASCII."""
+        """True while the part, as far as the host knows, takes commands in ASCII, not in binary."""
         return bool(self.mode & TEXT)
 
     @property
@@ -52,7 +53,7 @@ class Shadow:
         return self.entry is None and self.decoder.at_letter
 
     def take(self, data: bytes) -> None:
-        """Process bytes being sent."""
+        """Track bytes that the host is sending to the part."""
         at = 0
         while at < len(data):
             kept = 0 if self.entry is not None else self.decoder.kept(data, at, self.ascii)
@@ -64,7 +65,7 @@ class Shadow:
                 at += 1
 
     def feed(self, byte: int) -> None:
-        """Process a byte being sent."""
+        """Track one byte that the host is sending to the part."""
         if self.entry is not None:
             if self.entry.ends(byte):
                 self.entry = None
@@ -86,7 +87,7 @@ class Shadow:
 
     # ------------------------------------------------------------------------------------------------------- queries
     def sent(self, command: str) -> bytes:
-        """Return the bytes of a command in the current mode.
+        """Return the bytes to send for a command in the current mode.
 
         Raises:
             UsageError: the text is not a command, or the command does not exist in binary mode.
@@ -94,7 +95,7 @@ class Shadow:
         return (self.dialect.sent if self.ascii else self.dialect.sent_binary)(self.sheet, command)
 
     def query(self, who: str, command: str) -> Query:
-        """Return the `Query` for a command such as "? P".
+        """Return the `Query` for a command such as "? P"; error messages begin with `who`.
 
         Raises:
             UsageError: the command has no answer.
@@ -110,7 +111,7 @@ class Shadow:
 
 
 class Query:
-    """A query, and the form in which its answer is received."""
+    """A query: whether it is in ASCII, and the pattern of its answer."""
 
     def __init__(self, dialect: Verbatim, letter: str, lines: int, ascii: bool) -> None:
         self.ascii = ascii
@@ -122,9 +123,10 @@ class Query:
             self.pattern = rb"%c=.{%d}" % (letter.encode(), dialect.answer_bytes[dialect.queries[letter]])
 
     def answered(self, data: bytes | bytearray, since: int) -> str | bytes | None:
-        """Return the answer found after the first `since` bytes, without its last carriage return; None if none yet.
+        """Return the answer found in `data` from index `since` on; None if there is none yet.
 
-        The answer is text, or in binary mode bytes: letter, equals sign, and the value.
+        In ASCII mode the answer is text, without its last carriage return; in binary mode it is bytes: letter,
+        equals sign, and the value.
         """
         match = re.compile(self.pattern, re.DOTALL).search(data, since)
         if match is None:
@@ -135,10 +137,12 @@ class Query:
 class FlowControl:
     """The decision on whether a host obeys the flow line of its chip (FPL or CTS).
 
-    Unless `heed` has set this, the host obeys the line while, as far as it knows, the mode register enables it.
+    Unless `heed` has set True or False, the host obeys the line while the chip's mode register, as far as
+    the host knows it, enables the line.
 
-    `gone` processes the bytes being sent; `news` is notified of each byte, and when the host starts or stops
-    obeying the line; `heeding` is the last setting by `heed`; None: the host follows its own mode commands.
+    `gone` tracks the bytes that the host sends; `news` is notified of each of these bytes, and when the host
+    starts or stops obeying the line; `heeding` is the last setting by `heed`; None: the host follows its own
+    mode commands.
     """
 
     def __init__(self, chip: Connection, channel: FlowBus | AdaptiveLine, owner: str, gone: Shadow) -> None:
@@ -155,9 +159,9 @@ class FlowControl:
         return self.gone.mode & mask in values
 
     def heed(self, on: bool | None, part: Part) -> None:
-        """Obey the line from now on (True), ignore it (False), or follow the host's mode commands (None).
+        """Obey the flow line from now on (True), ignore it (False), or follow the host's mode commands (None).
 
-        This call is an input of the part.
+        This call is recorded as an input of the part.
 
         Raises:
             UsageError: `on` is not True, False or None.
@@ -170,7 +174,7 @@ class FlowControl:
         part.kernel.settle()
 
     def why_silent(self) -> str:
-        """Return a possible reason for a missing answer and its remedy, or "" if the host knows of none."""
+        """Return a possible reason for a missing answer, and the remedy; "" if the host knows of no reason."""
         sheet, mode = self.sheet, self.gone.mode
         mask, here = self.channel.answers
         bus = sheet.channel(FlowBus)

@@ -1,4 +1,4 @@
-"""The UART of a host that sends commands to the modules on a serial line, in the form set by their straps."""
+"""The UART of a host that sends commands to modules on a serial line, in the form set by their straps."""
 
 from __future__ import annotations
 
@@ -21,10 +21,13 @@ if TYPE_CHECKING:
 
 
 class StrappedUart(HostUart):
-    """A UART that follows the straps of a module: rate, checksum, address.  `answers` holds the answers since `begin`.
+    """A host's UART that follows the straps of the selected module: rate, checksum, address.
+
+    `answers` contains the lines received since the last call of `begin`.
 
     Args:
         host: the host, whose `chip` is the selected module.
+        chips: the connections to all modules on the line.
         baud: a fixed rate, used regardless of the straps; None: the module's rate.
     """
 
@@ -41,7 +44,7 @@ class StrappedUart(HostUart):
         self.line_end = Event(self.kernel, f"{self.name}.(line end)")
 
     def switched_on(self) -> None:
-        """Record that a module is switched on at this instant, and reads its straps."""
+        """Record that a module is switched on at this instant, when it reads its straps."""
         self.up_ps, self.far.compared = self.kernel.now, False
 
     def may_send_ps(self) -> int:
@@ -60,18 +63,18 @@ class StrappedUart(HostUart):
         return self.host.chip.straps or straps_of(self.host.chip)
 
     def follow_straps(self) -> None:
-        """Use the rate that the module has read from its straps, unless the host has a fixed rate."""
+        """Use the rate that the selected module has read from its straps, unless the host has a fixed rate."""
         baud = self.fixed_baud or self.straps.rate
         if baud != self.baud:
             self.set_line(baud, self.word)
 
     def change_line(self, baud: int | str, bits: int, parity: str, stop: int | str) -> None:
-        """Use another rate or format, regardless of the straps; this call is an input of the part."""
+        """Use another rate or format, regardless of the straps; this call is recorded as an input of the part."""
         super().change_line(baud, bits, parity, stop)
         self.fixed_baud = baud
 
     def lent(self) -> Callable[[], object]:
-        """Return a function that restores the present rate and format, and whether the rate is fixed."""
+        """Return a function that restores the present settings: the rate, whether it is fixed, and the format."""
         restore, fixed = super().lent(), self.fixed_baud
 
         def restored() -> None:
@@ -82,7 +85,7 @@ class StrappedUart(HostUart):
 
     # --------------------------------------------------------------------------------------------- commands and answers
     def write(self, data: str | bytes, fault: str = "") -> None:
-        """Queue characters, at the rate set by the module's straps; this call is an input of the part."""
+        """Queue characters at the module's rate, unless the rate is fixed; the call is recorded as a part's input."""
         self.follow_straps()
         super().write(data, fault)
 
@@ -93,12 +96,12 @@ class StrappedUart(HostUart):
         self.line.clear()
 
     def rest(self) -> None:
-        """Drop the queue and an incomplete answer, and set the line to mark."""
+        """Drop the queued characters and all answers, complete or not, and set the line to mark."""
         super().rest()
         self.begin()
 
     def framed(self, command: str) -> bytes:
-        """Return the bytes of a command, with a carriage return, and with address and checksum as strapped.
+        """Return the bytes of a command with carriage return, and with address and checksum if strapped so.
 
         Raises:
             UsageError: the text is not ASCII, or contains more than one command.
@@ -111,7 +114,7 @@ class StrappedUart(HostUart):
         return framed(f"{straps.address or ''}{command}", straps.checked, straps.kept)
 
     def stripped(self, line: str) -> str:
-        """Return an answer without its checksum.
+        """Return a line of an answer without its checksum; unchanged if the straps select no checksum.
 
         Raises:
             ChecksumError: the checksum is wrong.
@@ -126,7 +129,7 @@ class StrappedUart(HostUart):
         return text
 
     def answered(self, command: str) -> Callable[[], bool]:
-        """Return a function that returns whether a command has been answered completely.
+        """Return a function that returns whether the answer to a command is complete.
 
         The answer to a listing command has several lines.
         """
@@ -138,10 +141,10 @@ class StrappedUart(HostUart):
         return lambda: bool(answers) and answers[-1][:cut] in last_lines  # a program line is not an answer
 
     async def exchange(self, command: str | bytes) -> list[str]:
-        """Send a command in a task; return its answers, which are incomplete if the line is silent for too long.
+        """Send a command from a task; return the lines of its answer, not all if the line is silent for too long.
 
         Args:
-            command: text is framed; bytes are sent unchanged.
+            command: text, to be framed (`framed`), or bytes, which are sent unchanged.
         """
         self.begin()
         with self.kernel.outside.nested():  # in the calling script
@@ -173,18 +176,18 @@ class StrappedUart(HostUart):
 
     # ----------------------------------------------------------------------------------------- for tests
     def spoken(self, command: str) -> bytes:
-        """Return the bytes to send for a command, and follow the straps of the module from now on."""
+        """Follow the straps of the module from now on, and return the bytes to send for a command."""
         self.fixed_baud = None
         self.set_line(self.baud, self.usual_word)
         self.follow_straps()
         return self.framed(command)
 
     def ends(self, command: str, data: bytes) -> bool:
-        """Return whether the answer to a command may end after these characters."""
+        """Return whether the answer to a command may end after the characters in `data`."""
         return data.endswith(b"\r")
 
     def answer_in(self, command: str, data: bytes) -> str:
-        """Return the answer to a command that these characters contain, without checksums.
+        """Return the answer to a command, given the characters received, with the checksum removed from each line.
 
         Raises:
             ChecksumError: a checksum is wrong.
