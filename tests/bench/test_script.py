@@ -82,7 +82,7 @@ def test_while_the_mode_is_binary_commands_are_sent_in_binary():
     assert SHEET.dialect.sent_binary(SHEET, "QX") == b"QX\0"
 
 
-@pytest.mark.parametrize(("line", "found"), [("r 80", "'r 80' is not a command"), ("A$G", "a label")])
+@pytest.mark.parametrize(("line", "found"), [("r 80", "'r 80' is not a command"), ("A$G", "found a label")])
 def test_commands_without_a_binary_form_are_refused_with_their_line(line, found):
     played = Played(f"@drive ascii_binary=0\n{line}", run=False)
     with pytest.raises(slewline.ProgramError, match=rf"script, line 2, column 1: {re.escape(found)}"):

@@ -20,10 +20,10 @@ from slewline.core.datasheet.table import Arg, Pin, Row, Sheet, Table
 from slewline.core.motion.axis import Axis
 from slewline.core.motion.step_views import StrobeView
 from slewline.core.motion.train import Playing, StepTrain
-from slewline.core.wires.characters import frames_of
+from slewline.core.wires.characters import frames_of, transmit
 from slewline.core.wires.receiver import Receiver
 from slewline.core.wires.serial import RS232, CharacterFormat, bit_clock
-from slewline.core.wires.waits import level, transmit, until
+from slewline.core.wires.waits import level, until
 from slewline.errors import BenchFileError, ProgramError, SheetError, UsageError
 from slewline.language.assemble import assemble, to_ascii
 from slewline.language.describe import describe

@@ -75,7 +75,7 @@ def test_an_address_that_other_machines_reach_needs_an_option(capsys, module, mo
 def test_an_invalid_port_variable_is_reported(capsys, module, monkeypatch, name, port):
     monkeypatch.setenv(name, port)
     told = refused(capsys, module.url, *OPTIONS, *RAMP)
-    assert f"{name} '{port}' in the environment; allowed: a port, 1 to 65535" in told
+    assert f"{name} '{port}' in the environment; allowed port numbers, 1 to 65535" in told
 
 
 def test_the_port_of_the_server_is_that_of_either_variable(monkeypatch):

@@ -237,7 +237,7 @@ MISTAKES = [  # the line, the end of the answer
     ("compare none.vcd none.vcd", "none.vcd: cannot be read: No such file or directory"),
     ("serve", "give either a chip, such as gs-c200s, or --bench FILE"),
     ("serve cy525", "no port given; give one of --tcp, --pty, --rfc2217, --serial"),
-    ("serve cy525 --tcp x", "such as 127.0.0.1:4001, this machine, such as 4001 (0: any free port)"),
+    ("serve cy525 --tcp x", "or a port number of this machine, such as 4001 (0: any free port)"),
     ("serve gs-c200s --tcp 127.0.0.1:99999", "port 99999 is above 65535; expected HOST:PORT"),
     ("serve b.toml --tcp 0", "'b.toml' is a bench file, not CHIP; write:  slewline serve --bench b.toml --tcp 0"),
     ("lint .", "slewline: .: is a directory; name the files in it"),
@@ -270,7 +270,7 @@ MISTAKES = [  # the line, the end of the answer
     ("compare whole.vcd cut.vcd", "it was cut off; torn=True, or --torn, reads what is before the cut"),
     ("compare none.vcd.csv whole.vcd", "write:  slewline compare whole.vcd none.vcd.csv"),
     ("compare whole.vcd bare.vcd", "give the unit of its times: timescale='1 ns', or --timescale '1 ns'"),
-    ("serve cy525 --tcp 99999", "such as 127.0.0.1:4001, this machine, such as 4001 (0: any free port)"),
+    ("serve cy525 --tcp 99999", "or a port number of this machine, such as 4001 (0: any free port)"),
     (
         "serve cy525 --tcp 0.0.0.0:4001",
         "address '0.0.0.0:4001': other machines could reach it; add --allow-remote to permit this",

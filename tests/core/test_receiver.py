@@ -5,11 +5,10 @@ from __future__ import annotations
 import pytest
 
 from slewline.core.time.kernel import Kernel
-from slewline.core.wires.characters import frames_of
+from slewline.core.wires.characters import frames_of, transmit
 from slewline.core.wires.net import Driver, Net
 from slewline.core.wires.receiver import Character, Receiver
 from slewline.core.wires.serial import RS232, CharacterFormat, bit_clock
-from slewline.core.wires.waits import transmit
 
 WORD = CharacterFormat(7, "odd", 2)
 CLOCK = bit_clock(9600, "test")

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import pytest
+
+import slewline
+from slewline.chips import PARTS
 from slewline.core.time.kernel import Kernel
-from slewline.core.wires.net import Net
-from slewline.core.wires.waiters import STALE
+from slewline.core.wires.net import STALE, Net
 from slewline.core.wires.waits import first_of
 
 
@@ -21,3 +24,15 @@ def test_ended_waits_are_sorted_out_of_a_quiet_net() -> None:
     kernel.run(30 * STALE)
     assert woken == [None] * (20 * STALE)
     assert len(quiet.waiters) <= STALE + 1
+
+
+@pytest.mark.parametrize("part", sorted(PARTS))
+def test_a_long_dialogue_leaves_no_ended_waits_on_any_wire(part: str) -> None:
+    """Bytes that are exchanged as a value wake their ends without an edge of the wires for which these wait."""
+    bench = slewline.Bench()
+    host = bench.host(bench.add(part, "x"))
+    line = {"mc": "GET_STATUS", "gs": "F\r", "cy": "R 5\r"}[part[:2]]
+    for _ in range(3 * STALE):
+        host.send(line)
+    bench.run_until_idle()
+    assert max(len(pin.net.waiters) for owner in (bench.chips["x"], host) for pin in owner.pins.values()) <= STALE + 1

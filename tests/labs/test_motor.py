@@ -108,7 +108,7 @@ def test_a_position_is_set_without_motion(motor_at):
         assert chip_of(motor).steps().times_ps.size == 0
         with pytest.raises(UsageError, match=r"position 99999999 steps; allowed "):
             motor.preset(99999999)
-    with pytest.raises(UsageError, match="no command that sets its position"):
+    with pytest.raises(UsageError, match="no command that sets the position"):
         motor_at(*KINDS["gs-c200"]).preset(0)
 
 

@@ -193,7 +193,7 @@ def test_set_defines_the_position_and_moves_nothing(run, frozen, field, value, g
         assert here(record, "HLM", "DHLM") == (8388607 + gives[1], 8388607)
         assert record.of("DMOV") == [("DMOV", 0), ("DMOV", 1)]
         for button in ("JOGF", "JOGR", "HOMF", "HOMR"):
-            with pytest.raises(UsageError, match="no motor moves"):
+            with pytest.raises(UsageError, match="the motor may not move"):
                 await record.put(button, 1)
         assert steps(record) == 100
         await record.put("SUSE", 1)

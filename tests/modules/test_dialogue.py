@@ -107,7 +107,10 @@ HALF = '{"at_us":0,"from":"host"'
 BAD = {
     "empty": ("", "begins with b''; expected"),
     "other": ("GIF89a\n", "begins with b'GIF89a'; expected"),
-    "version": ('{"slewline":"dialogue 2","part":"x"}\n', "is a 'dialogue 2'; version of slewline reads dialogue 1"),
+    "version": (
+        '{"slewline":"dialogue 2","part":"x"}\n',
+        "is a 'dialogue 2'; this version of slewline reads dialogue 1",
+    ),
     "kind": ('{"slewline":"memory 1"}\n', "is a 'memory 1'"),
     "no part": ('{"slewline":"dialogue 1"}\n', "names no part"),
     "line": ('{"slewline":"dialogue 1","part":"x"}\n\n{}\n', "line 2: b'' is not an entry"),

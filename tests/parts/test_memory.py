@@ -105,7 +105,7 @@ def test_an_image_that_does_not_fit_is_refused() -> None:
     ram = BusMaster("ram").part
     with pytest.raises(UsageError, match="p: 2 bytes at address 65535 do not fit; the part has 65536 bytes"):
         ram.load(b"ab", 65535)
-    with pytest.raises(UsageError, match="p: 1 bytes from address -1 on"):
+    with pytest.raises(UsageError, match="p: 1 bytes at address -1 do not fit"):
         ram.load(b"a", -1)
 
 

@@ -155,7 +155,7 @@ def test_nothing_to_compare():
 
 def test_wrong_use():
     model = pulses(3)
-    with pytest.raises(UsageError, match="measured: 6 times and 5 levels; expected as many"):
+    with pytest.raises(UsageError, match="measured: 6 times and 5 levels; expected ascending times"):
         slewline.compare_edges(model, (model[0], model[1][1:]))
     with pytest.raises(UsageError, match="model: 6 times and 6 levels; expected ascending times, and a level for each"):
         slewline.compare_edges((model[0][::-1], model[1]), model)

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from slewline.core.datasheet.table import Limit
-from slewline.core.wires.characters import frames_of
+from slewline.core.wires.characters import frames_of, transmit
 from slewline.core.wires.serial import RS232, TTL, CharacterFormat, bit_clock
-from slewline.core.wires.waits import transmit
 from slewline.errors import UsageError
 from slewline.record.measuring.intervals import (
     Bound,

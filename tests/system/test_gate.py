@@ -162,7 +162,7 @@ def test_a_folder_that_becomes_a_link_after_it_was_checked_is_not_followed(folde
     (folder / "below/deeper").rmdir()
     (folder / "below").rmdir()
     (folder / "below").symlink_to(folder.parent)
-    with pytest.raises(UsageError, match="not itself a link"):
+    with pytest.raises(UsageError, match="not in one that is itself a link"):
         DeviceLink(found, "/dev/pts/99999")
     assert not os.path.lexists(folder.parent / "x")
 

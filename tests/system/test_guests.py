@@ -353,7 +353,7 @@ def test_a_url_opens_a_plug_in_where_the_caller_allows_it(lab):
     try:
         with serial.serial_for_url(f"slewline://{NAME}?name=guest", 9600, timeout=1) as again:
             assert again.rig is rig  # nothing is imported: it is there
-        with pytest.raises(ValueError, match=r"'guest' is slewline://my_lab.mx10:Mx10\?name=guest already"):
+        with pytest.raises(ValueError, match=r"'guest' is already the name of slewline://my_lab.mx10:Mx10\?name=guest"):
             serial.serial_for_url("slewline://gs-c200?name=guest")
     finally:
         NAMED.pop("guest").close()

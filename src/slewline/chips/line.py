@@ -21,12 +21,12 @@ from ..core.datasheet.table import Sheet
 from ..core.time.hook import Hook
 from ..core.time.kernel import Kernel, Task
 from ..core.time.timebase import Clock
-from ..core.wires.characters import frames_of
+from ..core.wires.characters import begin_line, frames_of
 from ..core.wires.net import Driver
 from ..core.wires.pin import Terminal
 from ..core.wires.receiver import Character, Receiver
 from ..core.wires.serial import RS232, CharacterFormat, Straps, bit_clock
-from ..core.wires.waits import next_round, transmit
+from ..core.wires.waits import next_round, until
 from ..errors import UsageError
 from ..language.dialect import Refusal, dialect_of
 from ..language.lines import KEPT, parse, refusal
@@ -243,7 +243,7 @@ class LineInterface:
                 answers = [item]
             driver = owner.drivers["txd"]
             for answer in answers:
-                await transmit(driver, self.frames, answer + b"\r")
+                await until(self.kernel, begin_line(driver, self.frames, answer + b"\r"))
                 driver.release()
             self.work.popleft()
         self.worker = None

@@ -9,9 +9,8 @@ import pytest
 from cy545 import CC10, MS, US, Rig545, S
 
 from slewline.chips.cy545.sheet import BAUDS
-from slewline.core.wires.characters import frames_of
+from slewline.core.wires.characters import frames_of, transmit
 from slewline.core.wires.serial import TTL, CharacterFormat, bit_clock
-from slewline.core.wires.waits import transmit
 
 WORD = CharacterFormat(8, "none", 1)
 CTS = "O 0A0H\r"

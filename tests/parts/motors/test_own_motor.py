@@ -123,7 +123,7 @@ def test_assumed_values_are_those_of_the_model():
         (f"{EXAMPLE}, rated current 1 A", "current is given twice; leave one out"),
         (f"{EXAMPLE}, curent 1 A", "m: no option 'curent'; its options: name, windings"),
         (f"{EXAMPLE}, step angle 7 deg", "m: step_angle '7 deg'; expected 90 deg divided by a whole number"),
-        (f"{EXAMPLE}, step angle 0 deg", "m: step_angle '0 deg'; expected an angle"),
+        (f"{EXAMPLE}, step angle 0 deg", "m: step_angle '0 deg'; expected 90 deg divided by a whole number"),
         (f"{EXAMPLE}, step angle 1.8 deg, teeth 50", "m: step_angle and teeth both set the full steps per revolution"),
         (f"{EXAMPLE}, inertia", "inertia is given twice"),
         (f"reluctance, swing 1 mH, step angle 15 deg, {EXAMPLE}", "step_angle does not apply to a reluctance motor"),

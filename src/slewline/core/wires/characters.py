@@ -14,6 +14,7 @@ from ..time.events import When
 from ..time.timebase import Clock
 from .net import Driver, Level, Wave
 from .serial import OVERSAMPLING, CharacterFormat
+from .waits import until
 
 MAX_BITS = 8
 
@@ -112,6 +113,11 @@ def begin_line(driver: Driver, frames: FrameTable, data: bytes, fault: str = "")
     return line.end
 
 
+async def transmit(driver: Driver, frames: FrameTable, data: bytes, fault: str = "") -> None:
+    """Send characters as `begin_line` does; return at the end of the last stop bit."""
+    await until(driver.kernel, begin_line(driver, frames, data, fault))
+
+
 def handed_over(driver: Driver, line: Characters) -> bool:
     """Pass a line that begins now straight to the receivers on the wire; return False if it must be driven.
 
@@ -129,7 +135,7 @@ def handed_over(driver: Driver, line: Characters) -> bool:
         if net.observers or net.latched or len(net.before_change) != len(readers):
             return False
         if len(net.waiters) > len(readers):
-            net.waiters = [entry for entry in net.waiters if entry[0].token == entry[1]]
+            net.drop_ended()
             if len(net.waiters) > len(readers):
                 return False
         for reader in readers:

@@ -302,11 +302,8 @@ class Handshakes(Exchange):
         chip = self.chip
         chip.request.latched = True
         if awaited:
-            task = chip.task
             for net, wanted in chip.awaited:
-                net.waiters.append((task, task.token, wanted))
-                if net.promise is not None:
-                    net.follow()
+                net.register(chip.task, wanted)
 
     def withdraw(self) -> None:
         chip, coming, seen = self.chip, self.state, self.kernel.seen
@@ -325,9 +322,7 @@ class Handshakes(Exchange):
         self.over = True
         if (sender := self.sender) is not None and not self.woken:
             for net, wanted in self.host.awaits(self.gone, self.low):
-                net.waiters.append((sender, sender.token, wanted))
-                if net.promise is not None:
-                    net.follow()
+                net.register(sender, wanted)
 
     def _left(self, seen: int) -> None:
         """After a withdrawal, promise the edges due at this instant, and the end of a strobe that has begun."""

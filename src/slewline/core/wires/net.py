@@ -27,6 +27,7 @@ from .wave import Edges, Level, Promise, Wave, floats, promised
 
 __all__ = ["Bus", "Driver", "Level", "Net", "Promise", "Wave"]
 
+STALE = 64  # registrations that a net keeps without looking for ended ones
 MAX_PINS = 500  # of one wire: the cost of a level grows with their number
 
 
@@ -352,8 +353,21 @@ class Net:
     @property
     def looked_at(self) -> bool:
         """True if anything except observers and a recorder depends on the level of the net, or on when it changes."""
-        waiting = self.waiters and any(task.token == token for task, token, _ in self.waiters)
-        return bool(waiting or self.before_change or self.latched)
+        if self.waiters:
+            self.drop_ended()
+        return bool(self.waiters or self.before_change or self.latched)
+
+    def register(self, task: Task, wanted: Level) -> None:
+        """Register a task that waits for a level, 0 or 1, which the net does not have yet, or (None) for any change."""
+        if len(self.waiters) > STALE:
+            self.drop_ended()
+        self.waiters.append((task, task.token, wanted))
+        if self.promise is not None:
+            self.follow()
+
+    def drop_ended(self) -> None:
+        """Drop the registrations of tasks that another net, an exchange or the time has woken meanwhile."""
+        self.waiters = [entry for entry in self.waiters if entry[0].token == entry[1]]
 
     def _alone(self) -> None:
         """Make any by-value exchange over the wire continue edge by edge, because the edges will be observed."""

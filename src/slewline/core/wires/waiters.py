@@ -11,8 +11,6 @@ from heapq import heappush
 from ..time.kernel import Kernel
 from .net import Net
 
-STALE = 64  # entries that a net may collect without a change before stale ones are removed
-
 
 def wait_until(kernel: Kernel, ps: int) -> bool:
     """Register the running task for an instant (ps), and return True; False if no wait is needed to reach it."""
@@ -21,14 +19,6 @@ def wait_until(kernel: Kernel, ps: int) -> bool:
     task = kernel.task
     heappush(kernel.heap, (ps, next(kernel.order), task, task.token))  # type: ignore[union-attr]
     return True
-
-
-def wait_for(net: Net, wanted: int | None) -> None:
-    """Register the running task for a level, 0 or 1, that a net does not have yet, or (None) for any change."""
-    task = net.kernel.task
-    net.waiters.append((task, task.token, wanted))  # type: ignore[union-attr,arg-type]
-    if net.promise is not None:
-        net.follow()
 
 
 def wait_at_rest(net: Net, rest: int) -> None:
@@ -51,13 +41,8 @@ def wait_for_first(
     if ps is not None and ps <= kernel.now:
         return True, None
     task = kernel.task
-    token = task.token  # type: ignore[union-attr]
     if ps is not None:
-        heappush(kernel.heap, (ps, next(kernel.order), task, token))
+        heappush(kernel.heap, (ps, next(kernel.order), task, task.token))  # type: ignore[union-attr]
     for net, value in wanted:
-        if len(net.waiters) > STALE:  # tasks that another net or the time has woken meanwhile
-            net.waiters = [entry for entry in net.waiters if entry[0].token == entry[1]]
-        net.waiters.append((task, token, value))  # type: ignore[arg-type]
-        if net.promise is not None:
-            net.follow()
+        net.register(task, value)  # type: ignore[arg-type]
     return False, None

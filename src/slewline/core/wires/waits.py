@@ -1,4 +1,4 @@
-"""The waits of a task: for an instant, a level, an edge, the first of several, or the end of a line of characters.
+"""The waits of a task: for an instant, a level, an edge, or the first of several.
 
 Each wait is a generator-based coroutine that registers the running task (waiters.py) and suspends it.
 """
@@ -9,30 +9,17 @@ from collections.abc import Generator
 from types import coroutine
 from typing import TYPE_CHECKING, Any
 
-from .characters import begin_line
-from .waiters import wait_at_rest, wait_for, wait_for_first, wait_until
+from .waiters import wait_at_rest, wait_for_first, wait_until
 
 if TYPE_CHECKING:
     from ..time.kernel import Kernel
-    from .characters import FrameTable
-    from .net import Driver, Net
+    from .net import Net
 
 
 @coroutine
 def until(kernel: Kernel, ps: int) -> Generator[None, Any, None]:
     """Wait until an instant (ps); return immediately if it is not in the future."""
     if wait_until(kernel, ps):
-        yield
-
-
-@coroutine
-def transmit(driver: Driver, frames: FrameTable, data: bytes, fault: str = "") -> Generator[None, Any, None]:
-    """Send consecutive characters, starting at this instant; return at the end of the last stop bit.
-
-    Args:
-        fault: "parity" or "framing": every character is sent with this fault, as in `begin_line`.
-    """
-    if wait_until(driver.kernel, begin_line(driver, frames, data, fault)):
         yield
 
 
@@ -48,7 +35,7 @@ def next_round(kernel: Kernel) -> Generator[None, Any, None]:
 def level(net: Net, wanted: int) -> Generator[None, Any, None]:
     """Wait until a net has a level, 0 or 1; return immediately if it already has this level."""
     if net.level != wanted:
-        wait_for(net, wanted)
+        net.register(net.kernel.task, wanted)  # type: ignore[arg-type]
         yield
 
 
@@ -62,7 +49,7 @@ def edge_from_rest(net: Net, rest: int) -> Generator[None, Any, None]:
 @coroutine
 def edge(net: Net) -> Generator[None, Any, None]:
     """Wait for the next edge of a net, in either direction."""
-    wait_for(net, None)
+    net.register(net.kernel.task, None)  # type: ignore[arg-type]
     yield
 
 

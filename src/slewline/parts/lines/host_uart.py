@@ -7,11 +7,11 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from ...core.time.inputs import from_outside
-from ...core.wires.characters import frames_of
+from ...core.wires.characters import begin_line, frames_of
 from ...core.wires.pin import Condition, GotCondition
 from ...core.wires.receiver import Character, CharacterHook, Receiver
 from ...core.wires.serial import CharacterFormat, LineSetting, bit_clock
-from ...core.wires.waits import transmit, until
+from ...core.wires.waits import until
 from ...errors import UsageError
 from ..base.written_data import Data, as_bytes
 from .far_end import FarEnd
@@ -147,7 +147,7 @@ class HostUart:
                 self.far.compare()
             if self.far.addressed:
                 self.far.look_at_addresses(data)
-            await transmit(self.driver, self.frames, data, fault)
+            await until(self.kernel, begin_line(self.driver, self.frames, data, fault))
             self.after_burst(data)
             self.outgoing.popleft()
 

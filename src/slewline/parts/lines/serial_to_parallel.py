@@ -19,10 +19,10 @@ from ...core.datasheet.option import Option
 from ...core.time.inputs import from_outside
 from ...core.time.kernel import Kernel
 from ...core.time.timebase import Clock, Time, picoseconds
-from ...core.wires.characters import frames_of
+from ...core.wires.characters import frames_of, transmit
 from ...core.wires.receiver import Character, Receiver
 from ...core.wires.serial import BAUD, OVERSAMPLING, TTL, CharacterFormat, LineSetting, bit_clock, word_options
-from ...core.wires.waits import transmit, until
+from ...core.wires.waits import until
 from ..base.part import Part
 from ..base.request_queue import RequestQueue
 from ..base.written_data import Data, as_bytes
