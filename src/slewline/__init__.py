@@ -110,7 +110,7 @@ _MEANT = {  # names that do not exist, and what to write instead
 
 
 def _instead(name: str) -> str:
-    """Return a hint for a name missing here: its replacement, how to add a chip so named, or a similar name."""
+    """Return a hint for a missing name: its replacement, how to add a chip of that name, or a similar name."""
     from .core.messages.near import hint
 
     if name in _MEANT:

@@ -74,7 +74,10 @@ R = TypeVar("R")
 
 
 def delegate(to: str, method: Callable[Concatenate[Any, P], R]) -> Callable[Concatenate[Any, P], R]:
-    """Return a bench method that calls `method` on the bench's attribute `to`, with its signature and docstring."""
+    """Return a bench method that calls `method` on the bench's attribute `to`.
+
+    The bench method has the signature and docstring of `method`.
+    """
     owner, answered = attrgetter(to), answering(f"{method.__name__}()")(method)
 
     @wraps(method)
@@ -263,8 +266,9 @@ class Bench:
     ) -> Figure:
         """Draw the motions of the axes, with recorded pins below; return a matplotlib Figure.
 
-        There is one column of panels, whatever the number of axes: velocity and position, and for chips that define
-        them also acceleration and jerk.  By default, axes that do not move are left out if any other axis moves.
+        There is one column of panels, whatever the number of axes: velocity and position, and also acceleration
+        and jerk for chips that define these.  By default, axes that do not move are left out if any other axis
+        moves.
 
         Args:
             title: the title; by default the names of the chips and their part numbers.
@@ -274,9 +278,10 @@ class Bench:
                 default all.
             parts: the parts whose quantities are drawn, by name, or single quantities such as "driver.current"; by
                 default all changing quantities of parts connected to the chips; [] for none.
-            runs: further benches, keyed by their names in the legend; each is drawn over this one, shifted so that the
-                motions begin together; `start` and `stop` then count from there.  Measured steps are allowed as
-                well, such as `read_vcd(path).steps("pulse")`, shifted so that the first steps coincide.
+            runs: further benches, keyed by their names in the legend; each is drawn over this one, shifted so
+                that the motions begin together; `start` and `stop` then count from that instant.  Measured steps
+                are allowed as well, such as `read_vcd(path).steps("pulse")`, shifted so that the first steps
+                coincide.
             over: measured traces of pins, such as {"x.slew": measured.trace("slew", shift="-3 ms")}: each is drawn over
                 its pin, with marks where the two differ, and a note of the trace's greatest lag relative to the pin.
             ideal: draw the ideal curve of each motion as well, if the chip defines one, and note the motion's greatest
@@ -329,7 +334,7 @@ class Bench:
         show(self.figure(*args, **options))
 
     def _repr_svg_(self) -> str | None:
-        """Return the picture of the bench, as SVG for a notebook; None, to show the `repr`, if nothing can be drawn."""
+        """Return the picture as SVG for a notebook; None if nothing can be drawn (the `repr` is then shown)."""
         return self._pictures.svg()
 
     readings = delegate("_pictures", Pictures.readings)

@@ -64,7 +64,7 @@ class Circuit:
 
         Args:
             part: the part number in lower case, such as "cy525"; for a chip of your own, the name of its entry point
-                (in the group slewline.chips), or "my_lab.mx10:Mx10", which imports the module, or the class itself.
+                (in the group slewline.chips), or "my_lab.mx10:Mx10" (the module is imported), or the class itself.
             name: the name on the bench; by default the part number, with a number if there are several.
             crystal: "11 MHz", or a number of hertz; by default the usual crystal of the data sheet.
             straps: fixed levels, 0 or 1, of input pins, by name.
@@ -124,9 +124,9 @@ class Circuit:
         """Make a part and put it on the bench, at any time; it starts working at this instant.
 
         Args:
-            kind: the kind of part, such as "uart"; `slewline.parts.KINDS` lists the built-in ones.  For a part of your
-                own, the name of its entry point (in the group slewline.parts), or "my_lab.lamp:Lamp", which imports the
-                module, or the class itself.
+            kind: the kind of part, such as "uart"; `slewline.parts.KINDS` lists the built-in ones.  For a part
+                of your own, the name of its entry point (in the group slewline.parts), or "my_lab.lamp:Lamp"
+                (the module is imported), or the class itself.
             name: the name on the bench; by default the kind, or the name of the class in lower case, with a number if
                 there are several.
             to: a chip or part; the pins of the new part are wired to the pins of `to` with matching roles.
@@ -183,8 +183,8 @@ class Circuit:
     def _witnessed(self, name: str, options: dict[str, Any]) -> Callable[[], dict[str, Any]]:
         """Return a function that returns {"store": content}, to be recorded as part of an input.
 
-        The function returns {} if there is no store, or no journal and no listener to inputs.  Call it when the owner
-        of the store is ready: it reads the content.  With a journal, the faults of the store are recorded as well.
+        The function returns {} if there is no store, or if there is neither a journal nor a listener to inputs.  Call
+        it when the owner of the store is ready: it reads the content.  A journal also records the faults of the store.
         """
         store = options.get("store")
         if store is None or not (self.outside.on_input or self.outside.write):
@@ -294,7 +294,7 @@ class Circuit:
 
     @answering("wire()", "; two pins, such as bench.wire('x.run', 'y.wait')")
     def wire(self, a: str, b: str, invert: bool = False) -> None:
-        """Connect two pins, at any time; with `invert`, an inverter drives `b` from `a`.
+        """Connect two pins, at any time; if `invert` is true, an inverter drives `b` from `a`.
 
         "x.db" and "y.db" are whole buses ("x.hostdata" on a chip whose manual uses that name).
 
@@ -320,7 +320,7 @@ class Circuit:
         self.kernel.settle()
 
     def net(self, name: str) -> Net:
-        """Return the net of a pin, or a whole bus, given the full name of the pin or bus."""
+        """Return the net of a pin, or the net of a whole bus, given the full name of the pin or bus."""
         for chip in self.chips.values():
             if name == f"{chip.name}.{chip.sheet.bus}":
                 return chip.bus
@@ -358,7 +358,8 @@ class Circuit:
     def forget(self) -> None:
         """Drop the past that is older than the length to be kept.
 
-        A moving axis drops its past by itself; at rest it needs this if its encoder is turned or a register loaded.
+        An axis drops its past by itself while it moves.  At rest it does not, so it needs this call, because its
+        past still grows when its encoder is turned or a register is loaded.
         """
         if self.keep_ps is None:
             return

@@ -48,7 +48,7 @@ class HostRequest(NamedTuple):
         return [connection(chip, self.channel) for chip in self.chips]
 
     def of(self, kind: type[Host]) -> tuple[Host, list[str]] | None:
-        """Return a host of this kind that already serves some of the chips, and their names; None if there is none."""
+        """Return a host of this kind on some of the chips, and the names of these chips; None if there is none."""
         for other in self.circuit.parts.values():
             taken = [chip.name for chip in self.chips if isinstance(other, kind) and chip.name in other.chips]
             if isinstance(other, kind) and taken:
@@ -312,6 +312,6 @@ def channel_over(chip: Chip, over: str | None) -> Channel:
 
 
 def _else_over(chip: Chip) -> str:
-    """Return a hint that names the serial line among a chip's other channels; "" if there is none."""
+    """Return a hint that names the serial line of a chip, to be selected with `over`; "" if there is none."""
     others = [channel.name for channel in chip.sheet.channels if isinstance(channel, SerialLine | AdaptiveLine)]
     return f" here; over={others[0]!r} is one" if others else ""

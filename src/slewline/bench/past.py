@@ -1,4 +1,4 @@
-"""The past of a bench that writes a journal: `Past.at(t)` goes back to an instant of it, in the same process.
+"""The past of a bench with a journal: `Past.at(t)` goes back to an earlier instant, in the same process.
 
     past.at(t).rerun(inputs, now)   another bench, run up to now, with other inputs from t on
     past.go_on(bench, t)            use that bench instead of the present one
@@ -19,11 +19,11 @@ The journal of the new bench begins like the old one, contains the new inputs am
 continued.  It records exactly the inputs that the new bench has played: replaying it repeats the same
 run bit for bit.
 
-Memories.  A shadow keeps the memory of a chip or part in the model, and never touches the file.  With `go_on` the
-new bench takes over the file, which is written only if the content differs: data that the undone past stored and
-the new run stored again in the same way is not written twice; data that the new run did not store is removed, and
-data that only the new run stored is added.  A write that a disk has refused is refused again, at the same call of
-the memory's owner.
+Memories.  A shadow keeps the memory of a chip or part in the model, and never touches its file.  With
+`go_on` the new bench takes over that file, which is written only if the content differs: data that the
+undone past stored and the new run stored again in the same way is not written twice; data that the new
+run did not store is removed, and data that only the new run stored is added.  A write that a disk has
+refused is refused again, at the same call of the memory's owner.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class TooLong(UsageError):
 
 
 def driven(pin: str, level: int | None, at_ps: int) -> dict[str, Any]:
-    """Return the journal entry for driving a pin, or releasing it (None), in the first round of an instant."""
+    """Return the journal entry that drives a pin, or releases it (`level` None), in an instant's first round."""
     return {"do": "drive", "t": at_ps, "round": 1, "pin": pin, "level": level}
 
 
@@ -81,7 +81,7 @@ class ShadowBench:
         return -1 if self.player is None else self.player.bench.now_ps
 
     def follow(self, to_ps: int, enough: Callable[[], bool] = lambda: False) -> bool:
-        """Play on up to an instant; return False if stopped before it because `enough` returned true.
+        """Play on up to an instant; return False if `enough` returned true, which ends the call early.
 
         Raises:
             BenchFileError: an entry cannot be executed.
@@ -192,8 +192,8 @@ class Past:
     def go_on(self, bench: Bench, since_ps: int = 0) -> None:
         """Continue with another bench, identical to the present one before the instant `since_ps` (ps).
 
-        The other bench takes over the external memories, and the name of the journal if the operating system can
-        rename its own.
+        The other bench takes over the external memories.  Its journal takes the name of the present journal, if
+        the operating system can rename the file.
 
         Raises:
             OSError: a memory could not be written; nothing has changed.
@@ -235,10 +235,10 @@ class Instant:
 
         Raises:
             TooLong: the rerun would take longer than `allowed_s`.
-            UsageError: no input is added or left out; or this instant, or that of such an input, is not later than 0
-                and up to `to_ps`.
-            BenchFileError: an entry cannot be executed, possibly a recorded one because of the inserted ones; or `copy`
-                is a file that is not a journal, or cannot be written.
+            UsageError: no input is added or left out; or this instant, or the instant of an input that is added
+                or left out, is 0 or earlier, or later than `to_ps`.
+            BenchFileError: an entry cannot be executed (inserted entries may make a recorded one fail); or
+                `copy` is a file that is not a journal, or cannot be written.
         """
         more = sorted(inputs, key=lambda entry: int(entry["t"]))
         if not (more or without):

@@ -122,10 +122,11 @@ def replay(
 
 
 def go_on(bench: Bench, path: str | PathLike[str], begin: int, stop: int, copy: str | PathLike[str]) -> None:
-    """Let a bench in the state at byte `begin` of a journal play the entries from there, up to `stop` (ps).
+    """Let a bench play the entries of a journal from byte offset `begin` on, up to the instant `stop` (ps).
 
-    From then on, the bench writes a journal of its own, `copy`, which begins with the old one up to `stop`.
-    Memories of chips and parts are separated from external ones; memory faults in the journal are repeated.
+    The bench must be in the state reached at `begin`.  After `stop`, it writes a journal of its own, `copy`,
+    which begins with the old one up to `stop`.  Memories of chips and parts are separated from their
+    external stores; memory faults in the journal are repeated.
 
     Raises:
         BenchFileError: an entry is invalid.
@@ -261,7 +262,8 @@ def as_bytes(content: Any) -> bytes:
     """Convert the content of a memory, which an entry lists as one number per byte, to bytes.
 
     Raises:
-        UsageError: the content is not such a list; `bytes` itself would take a whole number as a length.
+        UsageError: the content is not such a list.  This includes a whole number, which `bytes` would take
+            as a length.
     """
     if not (isinstance(content, list) and len(content) <= LARGEST and all(type(byte) is int for byte in content)):
         raise UsageError(

@@ -37,7 +37,7 @@ class TimedStream(Protocol):
 
 
 def _seen(_net: Net) -> None:
-    """Do nothing: this observer only makes the promised edges of a net instants at which conditions are tested."""
+    """Do nothing: while a net has this observer, conditions are tested at each promised edge of the net."""
 
 
 @dataclass
@@ -53,7 +53,7 @@ class Wait:
     renew: Callable[[], object] | None = None  # repeats the wait on the bench that has replaced this one
 
     def begin(self) -> None:
-        """Make the promised edges of the nets instants of the run, so that the condition is tested at each edge."""
+        """Count each promised edge of the nets as an instant of the run, so that the condition is tested there."""
         for net in self.nets:
             net.watch(_seen)
 
@@ -249,7 +249,7 @@ class Runner:
         self._until(self._condition("run_until", condition), timeout)
 
     def let_pass(self, met: Callable[[], bool], what: str, timeout: Time) -> None:
-        """Run until the condition for which a call to a host waits is met; `what` names the condition in messages."""
+        """Run until a condition is met, for a host's method that waits for it; `what` names it in messages."""
         self._until(FunctionCondition(met, what), timeout)
 
     def conclude(self) -> None:

@@ -15,20 +15,20 @@ A built-in chip is a folder that contains those of the following files that the 
     firmware.py      the class: its objects, and their public properties; other behaviour is an object in a file of
                      its own, and a diagram at its top shows which object knows which
     instructions.py  a method for each command, found by the name of its row (`do_divisor`); a command that only sets,
-                     loads or shows a register is a column of its row instead
+                     loads or shows a register has no method: a column of its row defines it
     motion.py        generates the steps of a motion
-    profile.py       the law of motion: pure functions, parameters in, a plan out; a run is checked before it is
-                     promised (core/motion/plan.py, mc1451a/axis/verified.py)
+    profile.py       the law of motion: pure functions, parameters in, a plan out; a run is checked
+                     before its steps are scheduled (core/motion/plan.py, mc1451a/axis/verified.py)
     twin.py          the same motion step by step, the reference with which tests/laws compares the fast path
     checks.py        lint rules that apply to this chip only
     ramps.py         its ramp calculator; `slewline tune` searches the `tried` values and `measure` of each
                      `RampParameter`, and `script` returns the commands that a host sends for a move
     quirks.py        the model's choices where the manual is silent, each with the test that verifies it
 
-Code that several parts of a family share is in the family's folder (cy5xx); a letter with another meaning in a
-sister part is a column of cy5xx/letters.py.  A host's mistake is reported by `self.finding(code, text)` where the chip
-detects it, and has a line on the findings page.  An axis sets `axis.homing` while it homes, and `axis.sought` to the
-pin that it seeks if the command selects that pin.
+Code that several parts of a family share is in the family's folder (cy5xx); cy5xx/letters.py
+lists the letters whose meanings differ between sister parts.  A host's mistake is reported by
+`self.finding(code, text)` where the chip detects it, and has a line on the findings page.  An axis sets
+`axis.homing` while it homes; if the command selects the pin to seek, it sets `axis.sought` to that pin.
 
 A new chip needs a folder, a line in PARTS below, and the facts of its manual in conformance/.  No other
 file of the package names a chip.
@@ -152,7 +152,7 @@ def sheet_of(part: str | type[Chip], *, allow_code: bool = True, options: Mappin
 
 
 def checks_of(part: str | type[Chip], sheet: Sheet | None = None) -> tuple[Check, ...]:
-    """Return the lint rules for this part only, using `sheet` or its own sheet; raise as `chip_class` does."""
+    """Return the part's own lint rules, for `sheet` (default: the part's sheet); raise as `chip_class` does."""
     row = _ours(part)
     if row is not None:
         return _of(row, row.checks)(sheet or sheet_of(part))  # type: ignore[no-any-return]

@@ -1,4 +1,4 @@
-"""The common base of chips on a serial line, which receive lines and send answers, one line in progress at a time.
+"""The common base of chips on a serial line: they receive text lines, and process and answer one at a time.
 
     rxd   ... characters ... CR                               a carriage return ends a line; then
     txd                         |<- turnround ->| answer CR   the line is executed, and takes effect with its answer
@@ -285,7 +285,7 @@ class InLines:
 
     @property
     def checked(self) -> bool:
-        """True while lines carry a checksum, as strapped."""
+        """True while lines carry a checksum, which the straps select."""
         return self.line.straps.checked
 
     def strapped_address(self) -> int:

@@ -117,8 +117,8 @@ def run_command(**options: Any) -> int:
     other values.
 
     A command refused by the chip is a finding.  Findings alone do not fail a run, except with --strict (exit
-    status 1).  The exit status is also 1 if the program is for another chip: none of its lines is a command
-    of this chip, or most are not and all of them are commands of another chip.
+    status 1).  The exit status is also 1 if the program is for another chip: either no line is a command of
+    this chip, or most lines are not and every line is a command of another chip.
     """
     from .run import RunCommand
 
@@ -223,9 +223,9 @@ def ramp_command(**options: Any) -> int:
     nearest to a rate, and "SET_ACC=20000 steps/s2" the value nearest to an acceleration.  With --time,
     --accel or --steps, some parameters may be left out: S and Z (CY525), S (CY545), R (GS-C), SET_ACC, or
     one of SET_MAX_ACC and SET_JERK. Of all possible ramps, those nearest to the requested value are listed;
-    of two equally near ones the slower comes first.  Of several ramps with the same time (acceleration,
-    steps) only one is listed: the slowest, then the one with the lowest Z, then with the lowest S, R,
-    acceleration or jerk.
+    if two are equally near, the slower comes first.  Of several ramps with the same time (or acceleration,
+    or steps), only the slowest is listed; if several are equally slow, the one with the lowest Z, then with
+    the lowest S, R, acceleration or jerk.
     """
     from .ramp import ramp
 

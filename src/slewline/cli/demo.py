@@ -86,7 +86,8 @@ def made(output: str) -> Path:
 def called_as() -> str:
     """Return the shell command that calls this installation of slewline from the current folder.
 
-    It is "slewline", the path of its script, or, if the package is not installed, python -m slewline.
+    It is "slewline" if the shell finds this installation by that name, otherwise the path of its script; if
+    the package is not installed, it is python -m slewline.
     """
     own = shutil.which("slewline", path=sysconfig.get_path("scripts"))
     if own is None:  # the package is next to the caller, not installed

@@ -1,8 +1,9 @@
 """Detection of programs that were written for another chip.
 
 A command that a chip refuses, because of its value or the chip's state, is a finding; a run with
-findings succeeds unless --strict is given.  But if no line is a command of the chip, or most are not and
-all are commands of another chip, the program is for another chip: `slewline run` ends with status 1.
+findings succeeds unless --strict is given.  But if either no line is a command of the chip, or most
+lines are not and every line is a command of another chip, the program is for another chip:
+`slewline run` ends with status 1.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ FEW = 4  # a program may be for a chip if the chip knows at least three of every
 
 
 def foreign(text: str, where: str, chip: str | type[Chip], sheet: Sheet) -> str:
-    """Return a message if a program is not for this chip, naming the chips that it may be for; otherwise "".
+    """Return "" unless a program is for another chip; then return a message that names any likely chips.
 
     Args:
         text: the text that a host sends, one command per line.
@@ -66,7 +67,7 @@ def strange(text: str, sheet: Sheet, part: str | type[Chip]) -> set[int]:
 
 
 def meant(text: str, where: str, given: str) -> list[str]:
-    """Return the parts, except the `given` one, with the fewest unknown lines: three at most.
+    """Return the parts, except the `given` one, with the fewest unknown lines; at most three parts.
 
     If one of them is the part that the file extension names, return only that one.  Return [] if more than a
     quarter of the lines are unknown to every part.

@@ -18,7 +18,7 @@ LEAN = (".toml", ".c")  # may use files next to them, which are copied too
 
 
 def find(everything: Mapping[str, Path], name: str) -> dict[str, Path]:
-    """Return the files that a name selects: a folder, a file, or a file without its folder or its extension.
+    """Return the files selected by a folder's name or a file's name, with or without its folder and extension.
 
     A .toml or .c file also selects all other files in its folder.
 

@@ -58,7 +58,7 @@ def main() -> None:
 
 
 def _end_in_order() -> None:
-    """Make SIGTERM, SIGHUP and SIGQUIT end the command like Ctrl-C, except any that are ignored (by nohup)."""
+    """Make SIGTERM, SIGHUP and SIGQUIT end the command like Ctrl-C, except any that are ignored (as by nohup)."""
     own = os.getpid()
     numbers = [number for name in ENDS if (number := getattr(signal, name, None)) is not None]
     numbers = [number for number in numbers if signal.getsignal(number) is signal.SIG_DFL]

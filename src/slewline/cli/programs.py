@@ -160,7 +160,7 @@ def line_object(line: Instruction) -> dict[str, Any]:
 
 
 def program_bytes(file: str, form: str | None, sheet: Sheet) -> bytes:
-    """Return the program bytes of a hex, binary or image file; without `form`, name and content set the format.
+    """Return the program bytes of a hex, binary or image file, in format `form` (None: by name and content).
 
     Raises:
         BenchFileError: the file cannot be read, is empty, has incomplete hex digits, or is a program text or
@@ -191,7 +191,7 @@ def program_bytes(file: str, form: str | None, sheet: Sheet) -> bytes:
 
 
 def no_bytes(file: str, raw: bytes) -> str:
-    """Return the kind of a file without program bytes, judged by name or first line; empty if it may have some."""
+    """Return the kind of a file, judged by name or first line, if that kind has no program bytes; else ""."""
     extension = Path(file).suffix[1:].lower()
     if LISTING.match(raw.decode("latin-1")):
         return NO_PROGRAMS["listing"]
@@ -245,7 +245,7 @@ def lint(
 
 
 class LintResult(NamedTuple):
-    """The name, text and problems of a program, and a message if it seems to be for another chip, else ""."""
+    """A program's name, text and problems, and a message if it seems to be for another chip (otherwise "")."""
 
     where: str
     text: str

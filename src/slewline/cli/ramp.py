@@ -94,7 +94,7 @@ def bound(
     options: Mapping[str, Any] | None,
     found: Sequence[Ramp],
 ) -> Iterator[str]:
-    """Yield a line with the lowest (highest) possible value if the requested value is below (above) it."""
+    """Yield a line with the limit if the requested value is below the lowest or above the highest possible one."""
     name, goal = next((name, value) for name, value in wanted.items() if value is not None)
     has = [getattr(each, {"acceleration_sps2": "acceleration"}.get(name, name)) for each in found]
     if min(has) <= goal <= max(has):
@@ -118,7 +118,7 @@ def nearest(
     values: Mapping[str, str],
     options: Mapping[str, Any] | None = None,
 ) -> list[Ramp]:
-    """Return the `best` ramps nearest to the requested values (`best` is their number); a time is in whole ps."""
+    """Return the ramps nearest to the requested values, `best` in number; a requested time is in whole ps."""
     time, accel, steps = wanted.values()
     duration = None if time is None else f"{time} ps"  # a bare number below 1000 would be refused
     goal = {"time": duration, "acceleration": accel, "steps": steps}
@@ -130,8 +130,8 @@ def several(calculator: Calculator, parameters: Sequence[str]) -> list[dict[str,
 
     Raises:
         UnknownName: there is no such parameter.
-        UsageError: a parameter is not NAME=VALUE, a name is given twice, or there is more than one list, or
-            one that is too long.
+        UsageError: a parameter is not NAME=VALUE, a name is given twice, there is more than one list, or a
+            list is too long.
     """
     values = named(calculator, parameters)
     lists = {name: text.split(",") for name, text in values.items() if "," in text}
@@ -284,7 +284,7 @@ def exact(value: float) -> float:
 def draw(path: str, calculator: Calculator, ramps: Sequence[Ramp], moves: Sequence[Move | None]) -> None:
     """Draw a move for every ramp: the requested one, else the shortest that reaches the ramp's top rate.
 
-    If several ramps are compared without a requested move, all moves have the longest of these distances.
+    If several ramps are compared and no move is requested, all moves get the distance of the longest one.
 
     Raises:
         UsageError: no move reaches the rate, or the move has too many steps.

@@ -274,7 +274,7 @@ class RunCommand(BenchOptions):
             click.echo(f"slewline: {what}; a finer --timescale shows them", err=True)
 
     def conclude(self, bench: Bench, ended: str, outputs: Outputs) -> None:
-        """Print a summary and the files written or, if quiet, only the findings that fail the run."""
+        """Print a summary and the names of the files written; if quiet, print only the findings that fail the run."""
         from .report import summary
 
         if not self.quiet:
@@ -307,7 +307,7 @@ class RunCommand(BenchOptions):
         return "\n".join(filter(None, (str(error), foreign(text, file, part, sheet_of(part)))))
 
     def foreign(self, bench: Bench) -> bool:
-        """Report on standard error each script that is for another chip than its host's; return whether any is."""
+        """Report on standard error each script for a chip other than its host's; return whether there are any."""
         from .dialects import foreign
 
         chips = bench.chips if bench.findings else {}

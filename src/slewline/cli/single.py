@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class BenchOptions:
-    """The chip of a bench without a file, or the permissions of a bench file."""
+    """The options for a bench: the chip if there is no bench file, otherwise the permissions of the bench file."""
 
     chip: str | None
     strap: tuple[tuple[str, int], ...]

@@ -90,7 +90,7 @@ class Transcript:
         chip.pins[pin].net.watch(changed)
 
     def seldom(self, who: str, kind: str, text: str, about: str) -> None:
-        """Report an event about a pin, display or axis (`about`), but only the first 100 about each."""
+        """Report an event about a pin, display or axis (`about`), but only the first 100 events about each one."""
         self.lines[about] += 1
         if self.lines[about] <= MOST:
             self.report(who, kind, text)
@@ -148,7 +148,7 @@ class MotionReports:
         self.axis.on_motion_end.add(self.end)
 
     def begin(self, motion: MotionStart) -> None:
-        """Report that a motion begins, now or, if an edge marks the first step, when that step begins."""
+        """Report that a motion begins: immediately or, if an edge marks the first step, when that step begins."""
         if self.begun is not None:
             return
         if self.step is None or self.step.sense is None:  # no edge marks the start of the first step

@@ -301,7 +301,7 @@ class Chip(Component, OneAxis):
         return None
 
     def at_instruction(self, address: int | None = None) -> Condition:
-        """Return a condition that is met when the instruction at an address, or any instruction (None), next begins.
+        """Return a condition that is met when the instruction at `address` (None: any instruction) next begins.
 
         Raises:
             UsageError: `address` is not a whole number, 0 or more, or is outside the program memory.
@@ -338,7 +338,7 @@ class Chip(Component, OneAxis):
         raise NotImplementedError
 
     def check_wiring(self) -> None:
-        """Report undriven inputs without a pull-up, which read low, as findings; called before time first passes."""
+        """Report as findings undriven inputs without a pull-up, which read low; called before time first passes."""
         for row in self.sheet.pins:
             net = self.pins[row.name].net
             if row.in_out == "in" and row.pull is None and net.tie is None and not net.drivers:
@@ -405,7 +405,7 @@ class Chip(Component, OneAxis):
         return self._left != before
 
     def phase_patterns(self) -> Sequence[Sequence[int]]:
-        """Return the phase levels, phase 1 first, one row for each step of the cycle; () for a part without phases."""
+        """Return rows of phase levels, phase 1 first, one row per step of the cycle; () for a part without phases."""
         return ()
 
     @from_outside
@@ -464,7 +464,8 @@ class Chip(Component, OneAxis):
         """Sample a net every `every` clocks, starting now, until its level is `wanted`; return the net.
 
         `others` are further nets, each with a level that also ends the wait; the net that ends it is returned.
-        The sampling instants are computed, not stepped through; a level that ends before the next one is missed.
+        The sampling instants are computed, not stepped through; a level that ends before the next instant is
+        missed.
         """
         pairs = ((net, wanted), *others)
         origin = self.tick
@@ -484,7 +485,7 @@ class Chip(Component, OneAxis):
                 self.drivers[row.name].drive(row.reset)
 
     def waits(self, text: str, since: int | None = None) -> None:
-        """Record, for `waiting`, a text that describes the firmware's activity from now, or from `since` (ps), on."""
+        """Record, for `waiting`, a text about the firmware's activity, which began at `since` (ps; None: now)."""
         self._waiting = (text, self.kernel.now if since is None else since)
 
     # -------------------------------------------------------------------------------------------------- firmware task

@@ -54,8 +54,8 @@ missing(
 class Component:
     """A chip or a part.
 
-    `_for_users` lists the only names that `dir` shows; if it is empty, `dir` shows all.  `_to_set` maps the
-    name of a property that cannot be set to advice on how to change its value.  A method that overrides
+    `_for_users` lists the only names that `dir` shows; if it is empty, `dir` shows all.  `_to_set` holds,
+    keyed by the name of a read-only property, advice on how to change its value.  A method that overrides
     one declared with `@from_outside` need not be declared again.
     """
 

@@ -80,4 +80,4 @@ class ChipContext(Protocol):
         """Add a finding (something that the manual forbids or leaves open), dated now or at a past instant (ps)."""
 
     def waits(self, text: str, since: int | None = None) -> None:
-        """Record, for `waiting`, a text that describes the firmware's activity from now, or from `since` (ps), on."""
+        """Record, for `waiting`, a text about the firmware's activity, which began at `since` (ps; None: now)."""

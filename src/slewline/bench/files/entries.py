@@ -71,9 +71,9 @@ OPTIONAL: dict[str, Kind] = {  # in any entry that has them
 class Entries:
     """The entries of a journal file, with the numbers of their lines; each iteration starts at the first entry.
 
-    With `begin`, reading starts at that byte offset instead, which must be the start of a line; `before` is the
-    number of lines before that offset, from which line numbers continue.  A truncated last line is left out, and
-    the first iteration issues the warning TornJournal.
+    If `begin` is given, reading starts at that byte offset, which must be the start of a line; `before` is
+    the number of lines before that offset, from which line numbers continue.  A truncated last line is left
+    out, and the first iteration issues the warning TornJournal.
 
     Raises:
         BenchFileError: the file is not readable or not a journal; or, during reading, an entry is invalid.

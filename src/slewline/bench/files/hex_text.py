@@ -49,7 +49,7 @@ def hex_text(data: bytes, where: str) -> str:
 
 
 def has_records(text: str) -> bool:
-    """Return whether a text is Intel HEX, valid or damaged, that is, begins with a colon."""
+    """Return whether a text is Intel HEX, valid or damaged: such a text begins with a colon."""
     return text.lstrip().startswith(":")
 
 

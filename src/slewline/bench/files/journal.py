@@ -48,7 +48,8 @@ class Journal:
     Attributes:
         path: the path of the file.
         failure: the reason why the journal can no longer be written; "" while it can.
-        on_failure: hook, called once with that reason; with a listener, the run continues without a journal.
+        on_failure: hook, called once with that reason; if it has a listener, the run continues without a
+            journal.
 
     Raises:
         BenchFileError: the file exists and is not a journal, or cannot be written.  A later failure to write raises it

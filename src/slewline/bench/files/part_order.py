@@ -17,7 +17,7 @@ def ordered(
     chips: Collection[str],
     error: Callable[[int, str, str], SlewlineError],
 ) -> list[int]:
-    """Return the indexes of the tables, so that each part follows the parts that it names; otherwise in file order.
+    """Return the table indexes in file order, except that each part comes after the parts that it names.
 
     Args:
         parts: the [[part]] tables.
@@ -34,7 +34,7 @@ def ordered(
     placed: dict[int, None] = {}
 
     def missing(number: int) -> tuple[str, int] | None:
-        """Return the first key of a part that names a part not yet placed, and the index of the latter; else None."""
+        """Return the first key that names a part not yet placed, and the index of the part named; else None."""
         for key in NAMING:
             wanted = parts[number].get(key)
             if wanted is None or wanted in chips:

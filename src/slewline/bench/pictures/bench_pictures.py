@@ -164,9 +164,9 @@ class Pictures:
         begins: Mapping[str, int],
         measured: Sequence[Track],
     ) -> tuple[int, int]:
-        """Return the window (ps, counted as in the picture): that of the motion, unless `start` or `stop` is given.
+        """Return the window (ps, on the picture's scale): that of the motion, unless `start` or `stop` is given.
 
-        A lone `start` after the motion: to the end of the run; a lone `stop` before it: from the start of the run.
+        With only a `start` after the motion, it extends to the end of the run; with only a `stop` before, from its start.
         """
         ends = [bench.kernel.now - begins[name] for name, bench in benches]
         longest = max(ends + [track.until - track.zero for track in measured])
@@ -205,7 +205,7 @@ class Pictures:
     def _loaded(self, axes: AxisNames, before: int) -> int:
         """Return the instant (ps) of the last load of a position register at or before the instant `before` (ps).
 
-        The result is never earlier than the start of the kept past.  Values from before it are not shown.
+        The result is never earlier than the start of the kept past.  Values from before the result are not shown.
         """
         motors = [axis.motor for axis in self._axes(axes)]
         loads = [since for motor in motors for since, _ in motor.offsets if since <= before]
@@ -241,14 +241,14 @@ class Pictures:
         return next((chip, n) for chip, n, one in self.circuit.axes() if one.motor is axis.motor)
 
     def name_of(self, axis: OneAxis) -> str:
-        """Return the legend name of an axis: "x" for an only axis, else "axis 2", or "x axis 2" with several chips."""
+        """Return the legend name of an axis: "x"; for a chip with several axes, "axis 2", or "x axis 2" among chips."""
         chip, number = self._owner(axis)
         if chip.sheet.axes == 1:
             return chip.name
         return f"axis {number}" if len(self.circuit.chips) == 1 else f"{chip.name} axis {number}"
 
     def _tracks(self, options: Picture, run: str, zero: int, start: int, stop: int) -> list[Track]:
-        """Return the tracks of the requested axes (by default those that move, or one), then those of the parts."""
+        """Return the tracks of the requested axes (by default all moving axes, or the first), then of the parts."""
         first, last = max(start + zero, 0), min(stop + zero, self.kernel.now)
         chosen = self._axes(options["axes"])
         around = self._parts(options["parts"], chosen)
@@ -267,7 +267,7 @@ class Pictures:
     def _tracks_of_parts(
         self, around: Sequence[Chosen], zero: int, first: int, last: int, moving: bool
     ) -> Iterator[Track]:
-        """Yield the tracks of parts; with `moving`, leave out quantities that are constant in the window."""
+        """Yield the tracks of parts; if `moving` is true, leave out quantities that are constant in the window."""
         import numpy as np
 
         from ...record.pictures.tracks import Track
@@ -301,7 +301,7 @@ class Pictures:
         return [Mark(f.time_ps, "finding", f.code) for f in owner.findings if first <= f.time_ps <= last]
 
     def _measured(self, options: Picture, zero: int) -> Iterator[Track]:
-        """Yield tracks of measured steps in `runs`, shifted to this bench's first step; `zero` (ps) is shown as 0."""
+        """Yield tracks of measured steps in `runs`, shifted to begin at the bench's first step; 0 shows `zero` (ps)."""
         from ...record.pictures.measured import track
 
         found = {name: run for name, run in (options["runs"] or {}).items() if not hasattr(run, "_pictures")}
@@ -355,7 +355,7 @@ def words_of(chip: Chip) -> dict[str, str]:
 
 
 def without_rest(tracks: Sequence[Track], axis: TimeAxis) -> Iterator[Track]:
-    """Yield the tracks, without positions if no position changes because all axes are at rest, or homing."""
+    """Yield the tracks; omit the positions if none of them changes (all axes are at rest, or homing)."""
     import numpy as np
 
     still = not any(

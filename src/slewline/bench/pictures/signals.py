@@ -66,7 +66,7 @@ class Signals:
             self._record_commands(name.split(".")[0], keep_ps)
 
     def _record_commands(self, owner: str, keep_ps: int | None) -> None:
-        """Record which command is in progress as well, if the owner of a recorded pin is a chip."""
+        """Also record which command is in progress, if the owner of a recorded pin is a chip."""
         from ...record.recording.recorder import TextLog
 
         if owner in self.commands:
@@ -75,7 +75,7 @@ class Signals:
             self.commands[owner] = TextLog(self.circuit.kernel, self.circuit.chips[owner].on_command, keep_ps)
 
     def _probe(self, name: str) -> Net | Terminal:
-        """Return the object to be recorded for a name: a net, a whole bus, or for one wire of a bus its pin."""
+        """Return the object to be recorded for a name: a net, a whole bus, or, for one wire of a bus, the pin."""
         net = self.circuit.net(name)
         if not isinstance(net, Bus):
             return net
@@ -139,10 +139,10 @@ class Signals:
         raise NotRecorded(f"{name} is not recorded; call bench.record({name!r}) before time passes")
 
     def full_name(self, name: str) -> str:
-        """Return the full name of a recorded pin; `name` may omit the owner if only one owner has such a recorded pin.
+        """Return the full name of a recorded pin; `name` may omit the owner if only one recorded pin fits.
 
         Raises:
-            UsageError: `name` omits the owner, and several owners have such a recorded pin.
+            UsageError: `name` omits the owner, and several owners have a recorded pin with that name.
             NotRecorded: the pin is not recorded.
         """
         if not isinstance(name, str) or "." in name or not name:

@@ -329,7 +329,8 @@ def view_of(chips: Sequence[Chip], start: int, stop: int, unit: int) -> ViewerSe
 def _apart(marks: Iterable[tuple[int, str]], distance: int) -> list[tuple[int, str]]:
     """Return the marks that are far enough apart, in chronological order, at most as many as a viewer can name.
 
-    A mark is left out if its distance from any mark kept before it in the order of `marks` is not above `distance`.
+    The marks are tried in the order given; a mark is left out unless it is more than `distance` away from
+    every mark kept so far.
     """
     kept: list[tuple[int, str]] = []
     for mark in marks:

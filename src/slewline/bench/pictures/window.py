@@ -27,7 +27,7 @@ STAYS = 1_000_000  # ps: longest time that a word remains on the bus after its s
 
 
 class Window:
-    """The recorded signals from `start` to `stop` (ps); with `reach`, recording may have begun after `start`."""
+    """The recorded signals from `start` to `stop` (ps); if `reach`, recording may have begun after `start`."""
 
     def __init__(self, signals: Signals, start: int, stop: int, *, reach: bool = False) -> None:
         self.signals, self.start, self.stop, self.reach = signals, start, stop, reach
@@ -45,7 +45,7 @@ class Window:
         return intervals(limit, lambda pin: self.signal(f"{chip.name}.{pin}"))
 
     def check(self, chip: Chip, limit: Limit) -> Checked:
-        """Check all intervals to which a limit applies; if one of its pins is not recorded, only name that pin."""
+        """Check all intervals to which a limit applies; if a pin it needs is not recorded, only name that pin."""
         bound = Bound.of(limit, chip.crystal_hz)
         for pin in (limit.start.split()[0], limit.end.split()[0], *(pin for pin, _ in (*limit.given, *limit.before))):
             try:
@@ -113,7 +113,10 @@ class Window:
 
     # ----------------------------------------------------------------------------------------------------------- lanes
     def lane(self, name: str, label: str | None, several: bool, decode: bool, over: Trace | None) -> Lane:
-        """Return a pin or bus as a lane, `over` drawn over it; if `several`, its default label names its owner."""
+        """Return a pin or bus as a lane, with `over` drawn over it.
+
+        If `several` is true, the default label of the lane also names the owner of the pin.
+        """
         from ...record.measuring.overlay import fitting
         from ...record.pictures.diagram import Lane
 
@@ -157,7 +160,10 @@ class Window:
         ]
 
     def _meaning(self, chip: Chip | None) -> Callable[[int, int], str]:
-        """Return a function that takes a bus value and its end (ps), and returns its character or command, or ""."""
+        """Return a function that takes a bus value, and returns its character or command, or "" if it has none.
+
+        The second argument of the function is the instant (ps) at which the value ends.
+        """
         if chip is None or chip.sheet.channel(HostPort) is None:
             return lambda value, _end: f"'{chr(value)}'" if 32 < value < 127 else "CR" if value == 13 else ""
         try:

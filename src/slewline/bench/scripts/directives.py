@@ -141,7 +141,7 @@ def _until(rest: str) -> DirectiveKind:
 
 
 async def _reached(runner: ScriptRunner, chip: Chip, position: int) -> None:
-    """Wait until the position register contains `position`, by steps or by a load, without computing each step."""
+    """Wait, without computing each step, until steps or a load bring the position register to `position`."""
     axis = runner.axis(chip)
     axis.on_change.add(runner.event.set)
     try:
@@ -354,7 +354,7 @@ def _wait_status(bit: str) -> DirectiveKind:
 
 
 def _not_started(chip: Chip, axis: int) -> str:
-    """Return text with the finding that explains why an axis is at rest; "" if none, or if it has moved since."""
+    """Return, as text, the finding that explains why an axis rests; "" if none, or if the axis moved after it."""
     found = [each for each in chip.findings if each.code == "no-start" and each.text.startswith(f"axis {axis}:")]
     if not found or chip.axis(axis).motor.count(found[-1].time_ps + 1, chip.kernel.now):
         return ""

@@ -138,7 +138,7 @@ class ScriptRunner:
         await edge(self.event.net)
 
     def nested(self) -> AbstractContextManager[None]:
-        """Return a context in which inputs are not reported, because listeners have received the whole script.
+        """Return a context in which inputs are not reported: listeners have already received the whole script.
 
         Within this context, calls to the host only queue actions.
         """

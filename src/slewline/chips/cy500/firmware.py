@@ -74,7 +74,7 @@ class Cy500(Cy5xx):
         return Stepwise
 
     def left_over(self) -> list[tuple[str, str]]:
-        """Return the code and text of a finding for each unfinished input: a line, and a P that waits for its G."""
+        """Return the code and text of a finding for each unfinished input: a line, or a P that waits for its G."""
         found, state = super().left_over(), self.state
         if state.waits:
             part = self.sheet.part.upper()

@@ -17,7 +17,10 @@ TURNS = ("CW", "CCW")
 
 @dataclass
 class Registers(sloped.Registers):
-    """The modes and flags of the CY500; fields with a default factory survive RESET and I, as the parameters do."""
+    """The modes and flags of the CY500.
+
+    Fields with a default factory survive RESET and the I command, as the parameters do.
+    """
 
     target: int | None = field(default_factory=lambda: None)  # of P; None if N was sent since, or neither
     waits: bool = False  # True while a P waits for its G
@@ -104,7 +107,7 @@ class Instructions(sloped.Instructions, instructions.Instructions):
 
     # ----------------------------------------------------------------------------------------------------- motions
     def do_gostep(self) -> Awaitable[None] | None:
-        """G: return the motion by N or to P, whichever was sent last; in jog mode, report a finding, return None."""
+        """G: return the motion by N or to P, whichever came last; in jog mode, report a finding and return None."""
         self.registers.waits = False
         if self.registers.jog:
             self.chip.finding("go-in-jog", "command G is ignored in jog mode, in which XSS starts and stops the motor")

@@ -6,8 +6,9 @@ r"""The law of motion of the CY500: parameters in, a plan out.  For rates and sl
                  |       |             |   |             |  |
            N: ramp + slew + ramp      2 ramps > N       ramp >= N
 
-The chip does not know where to decelerate before R is reached: a shorter move ends abruptly, during the ramp down or,
-if R is never reached, at full speed.  The user must make sure that N > 2 R (art. T.2 S).
+Until R is reached, the chip does not know where to decelerate: a move too short for both ramps ends
+abruptly, during the ramp down or, if R is never reached, at full speed.  The user must make sure that
+N > 2 R (art. T.2 S).
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from ..cy5xx.stepping.slope import Law
 
 
 def move(number: int, rate: int, slope: int, factor: int, law: Law) -> Plan:
-    """Return the plan of a move of 1 to 65535 steps: without ramps if `slope` is 0, else with a factor of 1."""
+    """Return the plan of a move of 1 to 65535 steps: no ramps if `slope` is 0; otherwise `factor` counts as 1."""
     up = law.up(rate, slope)
     if not up:
         return plan(("slew", ((law.period(rate) * (1 if slope else factor), number),))).verified(number)

@@ -1,7 +1,7 @@
 """The CY500 data sheet as data; this file contains no behaviour.
 
-Its manual is not available: "art." is a magazine article with its command set (tables 1 and 2), "CY525" the CY525
-manual of 1984: its history, CY500 page and selection guide.
+The CY500's manual is not available.  "art." is a magazine article with the chip's command set (tables 1
+and 2); "CY525" is the CY525 manual of 1984, with its history, CY500 page and selection guide.
 
 Facts that no source states are *inferred*, most of them from the CY525.  The CY525 fits the socket of the CY512, which
 shares nine tenths of its pins and instructions with the CY500.  Inferred facts are marked, and a bench file can

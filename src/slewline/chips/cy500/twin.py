@@ -91,7 +91,7 @@ class Stepwise(SlopeStepwise):
         return True
 
     def face(self) -> bool:
-        """With external direction, set the direction from XDIR; return whether the direction has changed."""
+        """If XDIR is in use, set the direction from it; return whether the direction has changed."""
         before = self.sign
         if self.registers.external:
             self.sign = 1 if self.xdir.level == 1 else -1

@@ -25,7 +25,7 @@ class Instructions(sloped.Instructions, instructions.Instructions):
             self.registers.load("factor", 1)
 
     def do_offset(self, offset: int) -> None:
-        """O: output a phase pattern: 0 to 3 are the full steps, 4 to 7 the half steps after each of them."""
+        """O: output a phase pattern: 0 to 3 are full steps; 4 to 7 are the half steps that follow 0 to 3."""
         if offset > sheet.OFFSET.high:
             self.chip.finding("offset", f"O {offset} is ignored; allowed patterns 0 to {sheet.OFFSET.high}")
             return
@@ -34,7 +34,7 @@ class Instructions(sloped.Instructions, instructions.Instructions):
         self.outputs.show(sloped.half_steps(self.chip.options.inferred)[row])
 
     def odd(self) -> Iterable[tuple[bool, str, str]]:
-        """Yield the problems checked for a motion: whether each is present, and the code and text of its finding."""
+        """Yield the checks of a motion: True if the problem is present, then the code and text of its finding."""
         rate, factor = (self.registers.values[name] for name in ("rate", "factor"))
         yield rate == 0, "range", "R 0 is outside 1 to 255: its rate is a little below that of R 1"
         yield factor == 0, "range", "F 0 is outside 1 to 255: it divides by 256"

@@ -5,8 +5,8 @@ r"""Motion of the CY512.  TERMINATE ends a step early, so that an encoder can ti
     |                       |
     ABORT, I/O REQUEST      the next step, after PULSE has been high for 16 µs at 6 MHz
 
-b is the start of a step, t the instant at which TERMINATE is found low.  TERMINATE is first sampled late
-enough for the step, including PULSE high, to last at least 92 machine cycles.
+b is the start of a step, t the instant at which TERMINATE is found low.  TERMINATE is not sampled early
+in a step, so that every step, including the time of PULSE high, lasts at least 92 machine cycles.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ class Motion(sloped.Motion):
 
     # -------------------------------------------------------------------------------------------------------- TERMINATE
     def first_sample_after(self, net: Net) -> tuple[int, Within | None]:
-        """Return the tick of a net's next sample, and the action if the sample is within a step (None at its end)."""
+        """Return the tick of a net's next sample, and the action, or None if the sample is at the end of a step."""
         if net is not self.terminate:
             return super().first_sample_after(net)
         now, train = self.kernel.now, self.train

@@ -1,9 +1,9 @@
 """The law of motion of the CY512: parameters in, a plan out.  Pure functions, whole clocks.
 
     rate parameter
-      R ........______               with S the parameter rises by S with every step, from 1, and falls likewise to the
-              _|      |_             target (inferred); without S every step is made at R.  A factor multiplies the time
-            _|          |_           of every step.
+      R ........______               unless S is 0, the parameter rises by S at every step, from 1,
+              _|      |_             and falls likewise before the target (inferred); if S is 0, every
+            _|          |_           step is made at R.  A factor multiplies the time of every step.
       1   _|              |_
           |up | slew |down|
 

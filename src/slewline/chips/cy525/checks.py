@@ -1,8 +1,8 @@
 """Lint rules for the CY525 only: whether each move reaches its rate, and whether H has an effect.
 
-The text is followed as a chip would run it, with registers whose values are known or unknown (None), and both outcomes
-of every branch; each motion is then checked with its registers.  Step counts are exact, since the ramp is the chip's
-own (profile.py); times apply at the reference crystal.
+The rules follow the text as a chip would run it, through both outcomes of every branch; the value of a
+register is None where it is unknown.  Each motion is then checked with the register values at its start.
+Step counts are exact: the ramp is the chip's own (profile.py); times apply at the reference crystal.
 """
 
 from __future__ import annotations
@@ -257,7 +257,7 @@ class Flight:
     def change(self, item: Directive, rate: int) -> None:
         """Follow a change on the fly to a rate of 0 to 127.
 
-        Report the new rate if there is no continuous motion, if it is out of range, or if it causes a dead stop.
+        Report the new rate if it is out of range or causes a dead stop, or if there is no continuous motion.
         """
         if self.current is None:
             found, remedy = "a rate on the fly needs a continuous motion", "send H before the G or P"
@@ -273,7 +273,7 @@ class Flight:
             self.current = rate
 
     def stop(self, item: Directive) -> None:
-        """Report an abort that does not decelerate to the first rate, because its ramp ends at a higher rate."""
+        """Report an abort that does not decelerate to the first rate: its ramp ends at a higher rate."""
         if self.current is not None and self.lowest > self.first:
             found = f"the abort decelerates only to rate {self.lowest}, the last lower rate, and then stops dead"
             remedy = f"lower the rate to {self.first} before the abort"

@@ -216,7 +216,7 @@ class Motion(motion.Motion):
         self.axis.log.change(partial(self.at_start.rates, self.first, rate))
 
     def taken_rate(self) -> int:
-        """Return the rate byte, 127 at most, read with one INSTROBE pulse; I/O REQUEST is then ignored until high."""
+        """Return the rate byte, at most 127, read with one INSTROBE pulse; ignore I/O REQUEST until it is high."""
         self.served = True
         byte = self.port.taken()
         if byte > sheet.RATE_TOP:

@@ -41,7 +41,7 @@ LAW = Law()
 
 
 def unit_ticks(slope: int, divisor: int, law: Law = LAW) -> int:
-    """Return the clocks per unit of the rate parameter; S = 0 gives a factor of 256, Z = 0 likewise (8 bits)."""
+    """Return the clocks per unit of the rate parameter; S = 0 and Z = 0 each give a factor of 256 (8 bits)."""
     return (divisor or 256) * (256 - slope) * law.unit
 
 
@@ -52,7 +52,7 @@ def ramp(low: int, high: int, slope: int, divisor: int, law: Law = LAW) -> Runs:
 
 
 def plan(*parts: tuple[str, Runs]) -> Plan:
-    """Return a plan of named parts, which allows no step faster than those at the highest rate."""
+    """Return a plan of named parts; the plan allows no step faster than a step at the highest rate."""
     return core_plan(*parts, shortest=sheet.STEP_TICKS[sheet.RATE_TOP])
 
 

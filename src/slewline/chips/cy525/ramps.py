@@ -48,7 +48,7 @@ QUANTITIES = (
 
 
 def law_of(values: Values) -> profile.Law:
-    """Return the law selected by the chip options among the values, `ramp_unit` and `ramp_jumps`."""
+    """Return the law that two of the values, the chip options `ramp_unit` and `ramp_jumps`, select."""
     return profile.Law(int(values["ramp_unit"]), values["ramp_jumps"] == "True")
 
 
@@ -105,7 +105,7 @@ class Cy525Ramps(Calculator):
 
 @lru_cache(maxsize=4)
 def every_unit(slopes: range, divisors: range, law: profile.Law) -> list[tuple[int, tuple[int, int]]]:
-    """Return all possible durations of a rate unit (clocks, ascending), each with the S and Z of smallest Z."""
+    """Return each possible duration of a rate unit (clocks, ascending) with the S, Z pair that has the least Z."""
     units: dict[int, tuple[int, int]] = {}
     for divisor in divisors:
         for slope in slopes:

@@ -1,7 +1,7 @@
 """The CY525 data sheet as data, from the CY525 manual (Cybernetic Micro Systems, 1984).  No behaviour in this file.
 
-Times are stated at the crystal that the manual names with them; the chip counts crystal clocks, so every time
-scales with the crystal.  "T.V" is the manual's Table V, "s.7" its section 7.
+Each time is stated for the crystal frequency that the manual gives with it; the chip counts crystal
+clocks, so every time scales with the crystal.  "T.V" is the manual's Table V, "s.7" its section 7.
 """
 
 from __future__ import annotations

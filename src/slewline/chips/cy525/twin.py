@@ -161,7 +161,7 @@ class Stepwise(twin.Stepwise):
         return aborts or await self.requested(just, coming)
 
     def asked_to_halt(self) -> bool:
-        """Return whether I/O REQUEST is low in a normal motion, which halts the motion; report a finding if so."""
+        """Return whether I/O REQUEST is low in a normal motion, and so halts it; report a finding if it does."""
         if self.continuous or self.request.level == 1:
             return False
         self.chip.finding("fly-rate-outside-continuous", "a normal motion accepts no rate requests")

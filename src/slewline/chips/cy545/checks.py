@@ -29,7 +29,7 @@ def modes(source: Source) -> None:
 
 
 def mode_of(statement: Statement) -> int | None:
-    """Return the value that a command writes into the mode register; None if it has none, or uses switches."""
+    """Return the mode that a command loads; None if it loads none, or if the mode is read from switches."""
     written = statement.row.name == "MODE" and not statement.operands[0].label
     return statement.values[0] if written else None
 
@@ -37,8 +37,8 @@ def mode_of(statement: Statement) -> int | None:
 def forms(source: Source) -> None:
     """Check that commands have the right form, text or binary.
 
-    The form of host commands depends on the current mode; that of program commands, on the mode in which the
-    program was entered.
+    The form of host commands depends on the current mode; the form of program commands depends on the mode
+    in which the program was entered.
     """
     text: bool | None = True  # form of the host's commands; None: unknown
     for item in source.items:
@@ -54,7 +54,7 @@ def forms(source: Source) -> None:
 
 
 def misread(source: Source, statement: Statement, text: bool | None) -> None:
-    """Report a mode command in a program that makes the chip misread the program's commands after it."""
+    """Report a mode command in a program if it makes the chip misread the commands that follow it there."""
     mode, following = mode_of(statement), source.blocks[statement.block].statements
     if text is None or mode is None or bool(mode & MB_ASCII) is text or statement is following[-1]:
         return

@@ -23,7 +23,7 @@ class Program:
         self.clear()
 
     def clear(self) -> None:
-        """Clear the program state and its loops, for RESET and I."""
+        """Clear the program state and its loops, for RESET and the I command."""
         self.running = self.immediate = self.entering = False  # entering: the host stores a program
         self.at = 0
         self.loops: dict[str, tuple[int, int]] = {}  # by letter: the loop command's address, passes left
@@ -36,7 +36,7 @@ class Program:
 
     @property
     def counter(self) -> int | None:
-        """The address of the present or, during a host command, the next program command; None if no program runs."""
+        """The address of the present program command, or the next one during a host command; None: no program runs."""
         if not self.running:
             return None
         return self.registers.pointer if self.immediate else self.at

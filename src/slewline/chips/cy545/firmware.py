@@ -122,9 +122,10 @@ class Cy545(Chip):
         self._sides.reset()
 
     def _restart(self) -> None:
-        """Set registers, position, mode and outputs as after power-up, and end any program, as RESET and I do (ch.10).
+        """Set registers, position, mode and outputs as after power-up, and end any program.
 
-        A transfer in progress continues, but the serial side measures its baud rate again.
+        RESET and the I command do this (ch.10).  A transfer in progress continues, but the serial side measures
+        its baud rate again.
         """
         self.state.clear()
         self.state.clockwise = self.options.direction == "+"
@@ -186,7 +187,7 @@ class Cy545(Chip):
 
     @property
     def program_counter(self) -> int | None:
-        """The address of the present or, during a host command, the next program command; None if no program runs."""
+        """The address of the present program command, or the next one during a host command; None: no program runs."""
         return self._stored.counter
 
     def _does(self) -> tuple[str, int]:

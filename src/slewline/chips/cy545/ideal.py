@@ -1,4 +1,7 @@
-"""The parameters of a CY545 motion, and its ideal: one rate per unit of time, joined by straight lines."""
+"""The parameters of a CY545 motion, and the ideal motion.
+
+The ideal motion has one rate at each unit of time; straight lines join these rates.
+"""
 
 from __future__ import annotations
 

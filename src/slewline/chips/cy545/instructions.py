@@ -154,22 +154,22 @@ class Instructions(instructions.ParameterHandlers):
             self.program.begin()
 
     def do_loop(self, count: int, target: int) -> None:
-        """L: branch to a byte of the present page while passes are left, 256 at most."""
+        """L: branch to a byte of the present page while passes are left (at most 256 passes)."""
         self.loop("L", count, target, 1 << 8)
 
     def do_longloop(self, count: int, target: int) -> None:
-        """Z: branch to a byte of the present page while passes are left, 65,536 at most."""
+        """Z: branch to a byte of the present page while passes are left (at most 65,536 passes)."""
         self.loop("Z", count, target, 1 << 16)
 
     def loop(self, letter: str, count: int, target: int, whole: int) -> None:
-        """L and Z: branch while passes are left; report a host command, which starts the program if `count` != 1."""
+        """L, Z: branch while passes are left; if the host sent it, report it and start the program if `count` != 1."""
         if self.program.direct:
             self.branch_as_command(letter, count != 1, target)
         elif self.program.passes_left(letter, count, whole):
             self.program.go_to(target)
 
     def do_til(self, argument: int, target: int) -> None:
-        """T: branch unless the bits match the argument; report a host command, whose branch starts the program."""
+        """T: branch unless the bits match the argument; if the host sent T, report it; a branch starts the program."""
         away = not self.bits.matches(argument)
         if self.program.direct:
             self.branch_as_command("T", away, target)

@@ -94,7 +94,7 @@ class Interpreter:
     def kept(self, data: bytes, at: int) -> int:
         """Return the number of bytes of `data`, from index `at` on, that are merely stored as part of a command.
 
-        Return -1 if bytes may not arrive together, as one value (handshake.py).
+        Return -1 if bytes must not arrive together, as one value (handshake.py).
         """
         if self.program.entering or self.program.running:
             return -1
@@ -185,7 +185,7 @@ class Interpreter:
             await work
 
     async def enter(self) -> None:
-        """E: until Q, write to the memory the bytes that come from the side that has sent E."""
+        """E: store in the memory all bytes from the side that has sent E, until Q arrives."""
         chip, registers, arbiter = self.chip, self.registers, self.arbiter
         entry = Entry(chip.sheet.leave[-1], registers.ascii)
         self.program.entering = True
@@ -217,7 +217,7 @@ class Interpreter:
         self.chip.on_command("")
 
     async def immediate(self) -> None:
-        """Execute a host command between two program commands; ignore a command in `REFUSED`, with a finding."""
+        """Execute a host command between two program commands; report and ignore one that is in `REFUSED`."""
         program = self.program
         program.immediate = True
         try:
@@ -264,7 +264,10 @@ class Interpreter:
         return byte
 
     def skip(self) -> None:
-        """Skip an FF in place of a command, as in the empty handshake; if all the memory is FF, end the program."""
+        """Skip an FF found where a command should begin; if all the memory is FF, end the program.
+
+        In the empty handshake, an FF is skipped as well.
+        """
         program = self.program
         program.finding_once("erased-memory", f"FF at address {program.at} in place of a command is skipped")
         self.skipped += 1

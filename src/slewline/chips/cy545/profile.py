@@ -7,10 +7,10 @@
       F ..........|                       |      adjacent rates
                   | up  |     slew     | down    a step of the ramp down is as long as its mirror image in the ramp up
 
-Where steps last longer than a unit of time, a step advances by several rates; with `jumps` off it advances
-by one, the law of the CY525.  Slewing has no minimum number of steps.  If the distance is too short
-for R, the ramp up ends in the middle of the move; if the number of steps is odd, the middle step belongs to
-the ramp up.
+Where a step lasts longer than the time per rate, the ramp advances by several rates per step; if `jumps`
+is False, it advances by one, which is the law of the CY525.  Slewing has no minimum number of steps.  If
+the distance is too short for R, the ramp up ends in the middle of the move; if the number of steps is
+odd, the middle step belongs to the ramp up.
 """
 
 from __future__ import annotations

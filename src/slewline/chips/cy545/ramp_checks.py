@@ -1,4 +1,4 @@
-"""Lint rules for CY545 motions: whether R is reached, and not below F; whether the direction of a G is set.
+"""Lint rules for CY545 motions: whether R is reached; whether R is below F; whether each G has a direction.
 
 The text is followed as the chip would run it, starting with the values after reset; each motion is checked with the
 ramp that the chip would generate for it, at the rates of the sheet, whether inferred or given.

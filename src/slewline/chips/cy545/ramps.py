@@ -16,7 +16,8 @@ from . import profile
 class Cy545Ramps(Calculator):
     """The ramp calculator of the CY545 and CY545B.
 
-    It uses the sheet's law, but the values select whether a step may take several rates (`ramp_jumps`).
+    It uses the sheet's law, except that the value `ramp_jumps` selects whether the rate parameter may
+    increase by more than one from one step to the next.
     """
 
     parameter = "rate"

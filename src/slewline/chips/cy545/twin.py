@@ -4,7 +4,7 @@ The fast path is motion.py and home.py.  The twin shares the outputs and the ste
 none of the code that plans, promises or samples: the twin computes the length of a step at the start of
 the step, and samples the pins at the end of the step.  It reports no findings.
 
-    one step (a sample reads the levels from before the instant):
+    one step (if a level changes at the instant of a sample, the sample reads the old level):
 
         begin                                       end = start of the next
           |__|‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾|__   PULSE

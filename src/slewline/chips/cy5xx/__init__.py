@@ -1,6 +1,6 @@
 """The code common to the CY5xx family: the objects that a chip owns, each of which knows only a few others.
 
-    registers.py      parameters, and the fields that RESET and I clear
+    registers.py      parameters, and the fields that RESET and the command I clear
     phase_outputs.py  PULSE, the phases, DIRECTION, SLEW
     command_port.py   bytes in, verify bytes out; the only writer of READY
     readout.py        the next byte of a read-out
@@ -22,6 +22,6 @@ Further modules:
     ramps.py          ramp calculation for the laws of slope.py and unit_ramps.py
     twin.py           the slow twin, which makes the same motions step by step
     crystal.py        times in clocks, and crystals that the part does not allow
-    sheet.py          the data common to the sheets of the parts for the same socket
+    sheet.py          the data common to the parts that fit the same socket
     family_options.py, letters.py: data for sheets; checks.py: lint rules
 """

@@ -74,7 +74,7 @@ def walk(
 def judged(
     source: Source, state: S, remarks: Callable[[Statement, S], Iterator[Odd]], after: Callable[[Statement, S], S]
 ) -> None:
-    """Report the problems of a text's commands, each problem of a command once.
+    """Report the problems of the commands in a text, each problem at most once per command.
 
     Args:
         state: the state at the start.

@@ -114,7 +114,7 @@ class Cy5xx(Chip):
         self._clock_runs()
 
     def _cleared(self) -> None:
-        """Clear program, motion and partial command, reset flags and pointers; the firmware must have stopped."""
+        """Clear the program, motion, partial command, flags and pointers; the firmware must have stopped."""
         self._stored.clear()
         self._motion.killed()
         self.on_command("")
@@ -125,7 +125,7 @@ class Cy5xx(Chip):
         self._outputs.clear()
 
     def _driven(self, on: bool) -> None:
-        """Drive outputs to 1 (s.13), release PROG/LIVE to its pull level; if `on` is False, release all outputs."""
+        """Drive outputs to 1 (s.13), but release PROG/LIVE, which is pulled up; if not `on`, release all outputs."""
         for name, driver in self.drivers.items():
             row = self.sheet.pin(name)
             if row.role != "ready" and (row.reset == 1 or not on):
@@ -139,7 +139,7 @@ class Cy5xx(Chip):
 
     # ------------------------------------------------------------------------------------------------ public properties
     def left_over(self) -> list[tuple[str, str]]:
-        """Return the host's unfinished input, a line or an open program entry, each as a finding's code and text."""
+        """Return a finding's code and text for any unfinished line of the host, and for any open program entry."""
         return [*super().left_over(), *([self._open_entry()] if self._stored.entering else [])]
 
     @property

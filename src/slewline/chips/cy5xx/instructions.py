@@ -90,7 +90,7 @@ class ParameterHandlers:
         await self.motion.move(number, 1 if clockwise else -1, f"P {position}")
 
     def check_registers(self, text: str, distance: str) -> None:
-        """Report, once each, a motion's parameters that the manual does not allow or that have not been set.
+        """Report, at most once each, motion parameters that have not been set or that the manual does not allow.
 
         Args:
             text: the command of the motion.
@@ -110,7 +110,10 @@ class ParameterHandlers:
                 self.chip.finding(code, what)
 
     def odd(self) -> Iterable[tuple[bool, str, str]]:
-        """Yield, per possible fault of the motion parameters: whether it is present, its finding's code and text."""
+        """Yield a tuple for each possible fault of a motion's parameters.
+
+        It contains whether the fault is present, and the code and the text of its finding.
+        """
         return ()
 
 
@@ -155,9 +158,9 @@ class Instructions(ParameterHandlers):
         await self.wait_for("W", 1)
 
     async def wait_for(self, letter: str, wanted: int) -> None:
-        """Wait, for U or W, until WAIT, sampled every 8 µs, has the level `wanted`.
+        """Wait until the line WAIT has the level `wanted`, for the command U or W.
 
-        A new low on I/O REQUEST may also end the wait (s.3 item 8).
+        WAIT is sampled every 8 µs.  A new low on I/O REQUEST may also end the wait (s.3 item 8).
         """
         chip, program, port, poll = self.chip, self.program, self.port, self.ticks["wait_poll"]
         request, ends = port.request, self.request_ends_wait

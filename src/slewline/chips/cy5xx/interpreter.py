@@ -49,7 +49,10 @@ class Interpreter:
             )
 
     def lead(self, row: Row) -> int:
-        """Return how many clocks early a command begins: a motion sets READY and DIRECTION before its first step."""
+        """Return how many clocks before its due time a command begins.
+
+        A motion begins early, because it sets READY and DIRECTION before its first step.
+        """
         return self.ticks["step_lead"] if row.motion else 0
 
     async def run(self) -> None:
@@ -126,7 +129,7 @@ class Interpreter:
 
     # --------------------------------------------------------------------------------------------- the stored program
     async def run_program(self) -> None:
-        """Fetch and execute instructions until 0, I or a reset ends the program.
+        """Fetch and execute instructions until the command 0 or I, or a reset, ends the program.
 
         PROG/LIVE is sampled between instructions (s.7).
         """
@@ -161,9 +164,9 @@ class Interpreter:
         await chip.polled(*program.prog_in.when_active, self.ticks["wait_poll"])
 
     async def instruction(self, at: int, due: int) -> None:
-        """Execute the instruction at an address after its execution time.
+        """Wait for the execution time of the instruction at an address, then execute it.
 
-        The first one of a program acts at the tick `due` instead, 60 µs after RUN falls.
+        The first instruction of a program acts at the tick `due` instead, 60 µs after RUN falls.
         """
         chip, program, buffer = self.chip, self.program, self.program.buffer
         program.began()

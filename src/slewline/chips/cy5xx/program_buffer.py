@@ -46,7 +46,7 @@ class Program:
         self.clear()
 
     def clear(self) -> None:
-        """Erase the program and end its execution or entry, for RESET and I."""
+        """Erase the program and end its execution or entry, for RESET and the command I."""
         self.end()
         self.erase()
         self.loop: tuple[int, int] | None = None  # (address of the L that counts, remaining count)
@@ -125,7 +125,10 @@ class Program:
             self.port.request.unwatch(self._requested)
 
     def _requested(self, net: Net) -> None:
-        """Report a low I/O REQUEST that is missed because a program runs; called at each of its edges meanwhile."""
+        """Report a low I/O REQUEST that is missed because a program runs.
+
+        This is called at each edge of I/O REQUEST while a program runs.
+        """
         if net.is_active and self.prog_in.is_inactive and not (self.live or self.motion.moving or self.waits):
             self.port.ignore()
             how = " without PROG/LIVE" * self.takes_live

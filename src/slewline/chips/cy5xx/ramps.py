@@ -46,7 +46,7 @@ class PlannedMove(Move):
 
 
 class SlopeRamp(Ramp):
-    """The ramp from the rate parameter at which ramps start up to R."""
+    """The ramp up to R from the rate parameter at which all ramps begin."""
 
     def __init__(self, of: SlopeRamps, values: Values, crystal_hz: int) -> None:
         self.of, self.values, self.crystal_hz, self.clock = of, values, crystal_hz, Clock(crystal_hz)
@@ -140,7 +140,7 @@ class UnitRamp(Ramp):
         periods: clocks of a step by rate parameter; all periods differ.
         runs: the acceleration ramp.
         number: the range of N.
-        plan: returns the plan of a move from its number of steps.
+        plan: returns the plan of a move, given its number of steps.
     """
 
     def __init__(

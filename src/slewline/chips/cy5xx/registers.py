@@ -1,4 +1,4 @@
-"""The registers of a CY5xx: parameters, which survive RESET, and flags and pointers, which RESET and I clear."""
+"""The registers of a CY5xx: parameters survive RESET; flags and pointers are cleared by RESET or command I."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import MISSING, dataclass, field, fields
 
 @dataclass
 class Registers:
-    """Parameters (under the manual's names), flags and pointers; a part adds flags and events that clear them.
+    """Parameters (under the manual's names), flags and pointers; parts add flags and events that clear flags.
 
     `defaults` are the parameters after power-up.  `values` lacks the position, because the axis counts it.
     """
@@ -33,7 +33,7 @@ class Registers:
         self.unset.discard(name)
 
     def clear(self) -> None:
-        """Set all flags and pointers, which are the fields with a default, to this default, for RESET and I (s.4)."""
+        """Set each flag and pointer (a field with a default) to its default, as RESET and command I do (s.4)."""
         for each in fields(self):
             if each.default is not MISSING:
                 setattr(self, each.name, each.default)

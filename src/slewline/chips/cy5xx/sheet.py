@@ -1,4 +1,4 @@
-"""Data common to the parts for one 40-pin socket: pins, commands, and times printed in a manual of 1984.
+"""Data common to parts that fit one 40-pin socket: pins, commands, and times printed in a manual of 1984.
 
 The sheets of the parts begin with this data and state their differences; the two parts whose rate grows
 by S with each step (sloped.py) also share registers and half steps.  Data only.

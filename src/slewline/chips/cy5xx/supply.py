@@ -17,7 +17,7 @@ from ...core.wires.net import Driver, Net
 
 
 class PowerUp(NamedTuple):
-    """The durations of RESET after power-up, in ps, for any crystal: the minimum, and that with the capacitor."""
+    """The durations of RESET after power-up (ps, with any crystal): the minimum, and that set by the capacitor."""
 
     least_ps: int
     charged_ps: int
@@ -103,7 +103,7 @@ class Supply:
         return f"{self.power_up.least_ps / 1_000_000_000:g} ms"
 
     def _capacitor_charged(self, on: int) -> None:
-        """End the reset of the power-up at `on` (ps), unless it is already over, or RESET is driven active now."""
+        """End the reset that began with the power-up at `on` (ps), unless it is over or RESET is now driven active."""
         if self.powered and self.cold and self.powered_at == on:
             if self.pin.is_active:
                 self.reset_valid = True

@@ -18,7 +18,7 @@ class Activity:
         self.clear()
 
     def clear(self) -> None:
-        """Discard all work, as for a loss of supply."""
+        """Discard all work, as a loss of supply does."""
         self.kinds: set[str] = set()
         self.text = ""
 

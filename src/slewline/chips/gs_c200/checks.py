@@ -1,4 +1,4 @@
-"""Lint rules for the GS-C modules only: whether a ramp reaches its speed, loops, the position counter.
+"""Lint rules for the GS-C modules only: ramps that miss their speed, loops, and the position counter.
 
 The program text is followed as a module would run it, with both outcomes of every branch, and with
 registers whose values are known or unknown (None).  Each motion is then checked with the registers at
@@ -154,7 +154,7 @@ def unset(source: Source) -> None:
 
 
 def loops(source: Source) -> None:
-    """Report nested loops (the module has one start and count), one-pass loops, and missing starts or ends."""
+    """Report nested loops (the module stores one start and count), one-pass loops, and missing starts or ends."""
     for block in source.blocks:
         inside: Statement | None = None
         marks = 0

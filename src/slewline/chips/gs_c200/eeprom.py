@@ -1,4 +1,4 @@
-"""The EEPROM, which keeps the program without supply: the write time, and the contents after a failed write."""
+"""The EEPROM (it keeps the program without supply): its write time, and its contents after a failed write."""
 
 from __future__ import annotations
 

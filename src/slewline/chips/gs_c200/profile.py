@@ -3,7 +3,7 @@ r"""The law of motion of the GS-C modules: parameters in, a plan out.  Pure func
     steps/s
       T ..............._______________
                      /|               |\            the interval from step i (from 0) of n to the next is 1/rate(k),
-                   _/ |               | \_          k = min(i, n-2-i, R): it is symmetric
+                   _/ |               | \_          k = min(i, n-2-i, R); these intervals are symmetric
                  _/   |               |   \_
       S ........|     |               |     |       rest: the start-stop interval after the last step
                 | up  |     slew      | down|
@@ -112,8 +112,8 @@ def steady(interval: int) -> Plan:
 def stopped(of: Plan, step: int) -> Plan:
     """Return the plan that replaces `of` from `step`, the next step, in order to decelerate to a stop.
 
-    The new plan has as many steps as the ramp up has had so far, but no more than remain of the ramp down if
-    this has begun; the new plan is empty if there is no ramp, or if `step` is 0.
+    The new plan has as many steps as the ramp up has had so far; if the ramp down has begun, no more
+    than the rest of that ramp.  The new plan is empty if there is no ramp, or if `step` is 0.
     """
     up, leg = of.legs[0], of.leg(step)
     if up.name != "up" or step == 0:

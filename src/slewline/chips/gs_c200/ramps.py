@@ -140,8 +140,8 @@ class GscRamps(Calculator):
     def candidates(self, search: Search) -> Iterable[Candidate]:
         """Return the values of R whose ramps are nearest to the wanted result.
 
-        A ramp with one more step is gentler and takes longer: none of its rates is higher than that of the same
-        step in the shorter ramp.
+        A ramp with one more step is gentler and takes longer: at no step is its rate higher than at the same
+        step of the shorter ramp.
         """
         sign = 1 if search.wanted.goal == "acceleration" else -1
 

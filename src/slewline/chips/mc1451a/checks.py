@@ -3,9 +3,9 @@
 A script is followed as the chipset would receive it, packet by packet.  A register that the script has
 not yet written has an unknown value (None), to which no rule applies, unless RESET came before.  Three
 things are assumed to have their power-up state until the script changes them: the pulse range is the
-standard one; the acceleration is 0, if the script sets destination and velocity; and an axis is at
-position 0.  Problems of an axis in motion are only reported where the motion is certain: the minimum
-duration of a move is known, and so is the time for which the script waits.
+standard one; an axis is at position 0; and, in a script that sets destination and velocity, the
+acceleration is 0.  Problems of an axis in motion are only reported where the motion is certain: the
+minimum duration of a move is known, and so is the time for which the script waits.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class KnownMove:
     """A move in progress.
 
     Attributes:
-        begun: the last command before the update that began the move.
+        begun: the last of the commands that took effect at the update with which the move began.
         left_s: the minimum time that the move still takes, seconds.
         used: the values with which the move began, by command; None for an unknown value.
     """
@@ -117,7 +117,7 @@ class KnownAxis:
     at: int | None = 0  # position, or destination
 
     def value(self, name: str) -> int | None:
-        """Return the value last written by the command `name`, or 0 if there is none since RESET; None if unknown."""
+        """Return the value last written by the command `name`; if none, 0 after RESET, otherwise None (unknown)."""
         if name in self.written:
             return self.written[name].values[0]
         return 0 if self.is_reset else None

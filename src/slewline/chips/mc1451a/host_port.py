@@ -6,9 +6,9 @@ r"""The host port, which assembles a host's strobes into packets; HostRdy paces 
     HostRdy    ‾‾‾‾‾‾‾\_________/‾‾‾‾‾‾‾‾\_________/‾‾‾‾‾‾\_________/‾‾      low for a slice of 81.92 µs
 
 A byte or a word takes effect at the end of its slice.  A command without data is executed at the end of
-the command byte's slice, a command with data at the end of its last word's; the words that the host will
-read are computed then, and do not change afterwards.  A command byte begins a new packet, even if the
-old one is incomplete.
+the command byte's slice, a command with data at the end of the slice of its last word; the words that
+the host will read are computed at that moment, and do not change afterwards.  A command byte begins a
+new packet, even if the old one is incomplete.
 """
 
 from __future__ import annotations
@@ -139,7 +139,7 @@ class Port:
         driver.play(Wave(driver.at(now), (now + delay_ps,), (level,)))
 
     def _select(self, net: Net) -> None:
-        """Report HostSlct rising later than 2 µs after the last strobe.
+        """Report a finding if HostSlct rises later than 2 µs after the last strobe.
 
         If HostSlct rises during a strobe, invalidate that strobe.
         """
@@ -156,7 +156,7 @@ class Port:
 
     # ------------------------------------------------------------- operations as values (parts/base/operation.py)
     def takes(self, number: int, reading: bool, ps: int) -> bool:
-        """Return whether the port is ready for an operation, with its first strobe at an instant (ps).
+        """Return whether the port is ready for an operation whose first strobe begins at an instant (ps).
 
         The operation transfers `number` bytes; it is a read operation if `reading`.
         """
@@ -164,7 +164,7 @@ class Port:
         return self.supply.powered and awaited and ps - self.rose_at >= RECOVERY_PS
 
     def shows(self, number: int) -> bytes:
-        """Return the next bytes for the host to read: at most `number`, and only those left of the present word."""
+        """Return the next bytes for the host to read: at most `number`, and none beyond the present word."""
         word = (self.answer[0] if self.answer else 0).to_bytes(2, "big")
         return word[self.half :][:number]
 
@@ -276,7 +276,7 @@ class Port:
         self.kernel.call_at(self.clock.ps(tick), serve)
 
     def _serve(self, then: Callable[[], None]) -> None:
-        """Call a function, and raise HostRdy; after RESET as a command, the supply raises it ten cycles later."""
+        """Call a function, and raise HostRdy; after the command RESET, the supply raises it ten cycles later."""
         self.motion.catch_up()
         self.ready = True
         then()

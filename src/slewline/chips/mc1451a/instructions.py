@@ -137,7 +137,7 @@ class Instructions:
             self.chip.finding("out-of-range", text)
 
     def do_set_start_vel(self, value: int) -> None:
-        """SET_START_VEL: load the start velocity; report a finding if it changes in motion, in a mode that uses it."""
+        """SET_START_VEL: load the start velocity; report a finding if it changes in a motion whose mode uses it."""
         state, number = self.state, self.kept(sheet.START_VELOCITY, value, 31)
         if state.in_motion and number != state.start_velocity and state.mode in STARTING:
             self.chip.finding("start-velocity", f"axis {state.number}: {NEXT_START}")

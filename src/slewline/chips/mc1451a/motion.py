@@ -6,7 +6,7 @@
     axis 1   due ------------>|                      due: the next cycle in which an axis has a decision to make,
     axis 2   due ---->|                                   if nothing happens before
 
-A cycle sees its inputs with their levels from just before the instant at which it begins.  A command
+A cycle uses the levels that its inputs have just before the instant at which it begins.  A command
 that ends at that instant is processed after the cycle, and a pulse edge at that instant still belongs to
 the preceding pulses.
 """
@@ -97,8 +97,8 @@ class Motion:
     def _schedule(self) -> None:
         """Ensure that the kernel calls this object in the next due cycle; an earlier call may come first.
 
-        A call that is no longer needed is cheap.  Cancelling it would leave an entry in the kernel for each host
-        write during a motion, which may last for hours.
+        A call that is no longer needed is cheap.  If such calls were cancelled, an entry would remain in the
+        kernel for each host write during a motion, and a motion may last for hours.
         """
         due = min(trajectory.due for trajectory in self.trajectories)
         tick = self.cycle_clock.tick(due)

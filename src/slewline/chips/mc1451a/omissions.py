@@ -50,7 +50,7 @@ def missing(mode: int, value: Callable[[str], int | None], written: Container[st
         value: a function that returns the value set by a command, as the update will use it; None if
             unknown, which counts as 0.
         written: the commands sent so far; a velocity of 0 that was sent explicitly is intended.
-        starts: True if there is a start velocity, with which trapezoidal mode needs no acceleration.
+        starts: True if there is a start velocity; trapezoidal mode then needs no acceleration.
     """
     speed, *others = NEEDED[mode]
     found = [] if mode == TRAPEZOIDAL and starts else [name for name in others if not value(name)]

@@ -1,7 +1,7 @@
-"""The MC1451A family's profiles for the ramp calculator: trapezoids and S-curves, in the units of their commands.
+"""Trapezoids and S-curves of the MC1451A family for the ramp calculator, in the units of their commands.
 
-Both profiles are computed in cycles of the chipset.  The ramp of a trapezoid ends before the first cycle
-at its maximum velocity, the ramp of an S-curve at the end of its phase 3.
+Both profiles are computed in cycles of the chipset.  The ramp of a trapezoid ends when the first
+cycle at the maximum velocity begins; the ramp of an S-curve ends with its phase 3.
 """
 
 from __future__ import annotations
@@ -189,7 +189,7 @@ class SCurvePhases(ChipsetRamp):
 
     @property
     def accelerations(self) -> Accelerations:
-        """The acceleration in the first cycle, the mean and the maximum acceleration, in steps/s^2."""
+        """The acceleration in the first cycle, the mean acceleration and the maximum, in steps/s^2."""
         speeds = [0, *(self.law.velocity(cycle) for cycle in range(self.cycles + 1))]
         rises = [after - before for before, after in pairwise(speeds)]
         first, greatest = (self.units.rate(ACCELERATION, rise) for rise in (rises[0], max(rises)))
@@ -206,7 +206,7 @@ class SCurvePhases(ChipsetRamp):
 def risen(phases: profile.Phases) -> int:
     """Return the distance covered in phases 1 to 3, in which the mean velocity is half the peak velocity.
 
-    The distance is in 1/65536 step, with 17 + 3 * PLACES binary places.
+    The unit is 1/65536 step divided by 2^(17 + 3 * PLACES).
     """
     return phases.peak * (2 * phases.jerked + phases.steady)
 
@@ -282,8 +282,9 @@ class ChipsetRamps(Calculator):
 def sawtooth(cycles: Callable[[int], int], steps: Callable[[int], float], search: Search, arg: Arg) -> Iterator[int]:
     """Yield acceleration values whose ramps have about the wanted number of steps.
 
-    While the ramp has the same number of cycles, a higher acceleration takes more steps; with one cycle
-    fewer, the next tooth begins.  Teeth hardly overlap, so the best values are in the teeth near the target.
+    A tooth is a range of accelerations whose ramps have the same number of cycles.  Within a tooth, a higher
+    acceleration takes more steps; the ramps of the next tooth have one cycle fewer.  The numbers of steps of
+    different teeth hardly overlap, so the best values are in the teeth near the target.
     """
     target, around = search.wanted.value, search.best + 2
 
@@ -295,7 +296,7 @@ def sawtooth(cycles: Callable[[int], int], steps: Callable[[int], float], search
         return low or arg.low, arg.high if above is None else above - 1
 
     def within(low: int, high: int) -> Iterator[int]:
-        """Yield the values from `low` to `high`, one tooth, whose ramps are nearest to the target."""
+        """Yield the values of the tooth from `low` to `high` whose ramps are nearest to the target."""
         return levels(lambda each: -steps(each), -target, low, high, around)
 
     middle = tooth(least(lambda each: steps(tooth(each)[0]) <= target, arg.low, arg.high) or arg.high)

@@ -134,9 +134,9 @@ class AxisState:
 
         The buffered values, and the actions commanded since the last update, take effect in the next cycle.
 
-        The state of the motor during this call decides whether a motion may start: after MTR_ON the axis stays
-        at rest until a move is initiated (manual, pulse generation control), whether MTR_ON and the update fall
-        in the same cycle or not.
+        A motion may start only if the motor is on during this call: after MTR_ON the axis stays at rest until a
+        move is initiated (manual, pulse generation control).  This is so even if MTR_ON and the update fall in
+        the same cycle.
         """
         self.awaits_update = not self.motor_on
         buffer, waiting = self.buffer, self.update

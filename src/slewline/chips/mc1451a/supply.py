@@ -27,7 +27,7 @@ class Supplied(NamedTuple):
 
 
 class Supply:
-    """The supply and RESET.  `starts` counts resets, so that work scheduled before a reset is then dropped."""
+    """The supply and RESET.  `starts` counts resets, so that a reset drops the work scheduled before it."""
 
     def __init__(
         self, chip: ChipContext, cycles: CycleClock, supplied: Supplied, ready_ticks: int, power_up_reset_ps: int
@@ -70,7 +70,7 @@ class Supply:
         self.chip.pins["reset"].pulse(0, self.clock.ps(self.reset_ticks))
 
     def _reset_changed(self, net: Net) -> None:
-        """Begin or end a reset when RESET has changed, after all timed work of this instant."""
+        """Begin or end a reset when RESET has changed, once all timed work of this instant is done."""
         if not self.powered:
             return
         if net.value == net.active_level:

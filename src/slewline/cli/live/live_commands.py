@@ -109,9 +109,9 @@ def serve_command(**options: Any) -> int:
     in C that reads and writes I/O ports.
 
     For a chip with a bus and a serial line, use one of the serial ports above for the line, and --registers
-    for the bus: it serves the registers of a parallel card at registers://HOST:PORT, with the client
-    slewline.links.clients.card_port.  The line runs at 9600 baud, unless a host on --rfc2217 sets another
-    rate.
+    for the bus: it serves the registers of a parallel card at registers://HOST:PORT, and the client is
+    slewline.links.clients.card_port.  The line runs at 9600 baud, unless a host on --rfc2217 sets
+    another rate.
     """
     from .serve import ServeCommand
 
@@ -221,8 +221,8 @@ def drive_command(**options: Any) -> int:
     to the chip by one of the ports, as with `slewline serve`.  While the motor moves, steps and characters
     are output with a fixed delay, the horizon.  A board that stops by itself, because of an input, an E-stop
     or a lost host, reports its position; the drive is then halted until `clear` is typed or SIGUSR2 is
-    received.  If the board has switched the driver off, it stays off until you type `clear homing`, to home
-    the motor, or `clear homed`, if you know its position.
+    received.  If the board has switched the driver off, the driver stays off until you type `clear homing`,
+    to home the motor, or `clear homed`, if you know its position.
     """
     from .drive import DriveCommand
 

@@ -60,7 +60,7 @@ class PanelProcess(Closing):
         return cls(listen, secrets.token_urlsafe(24), read_only, allow_remote)
 
     def open(self, server: Server) -> None:
-        """Open the page for a server in this process; the server reports it if the panel ends by itself."""
+        """Open the page for a server in this process; if the panel ends by itself, the server reports it."""
         control = server.control(CONTROL, self.token).where
         self.attach(control)
         self._watch(server, control)

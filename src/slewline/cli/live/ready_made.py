@@ -90,7 +90,7 @@ def write_firmware(name: str | None, board: str | None, output: str | None, sour
 
     Raises:
         UsageError: there is no such firmware, it is for another board, its file is in none of the searched
-            folders, or `output` has another extension than its file.
+            folders, or the extension of `output` is not that of the firmware's file.
     """
     if name is None:
         for each, about in FIRMWARE.items():

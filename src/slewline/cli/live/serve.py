@@ -227,7 +227,7 @@ def bus_of(part: str) -> str | None:
 def over_which(sheet: Sheet, kind: str) -> str | None:
     """Return the name of the channel that a port of a given kind serves.
 
-    None if the part has only one channel, or none of the kind that the port needs.
+    None if the part has only one channel, or no channel of the kind that the port needs.
     """
     if len(sheet.channels) == 1:
         return None
@@ -268,7 +268,7 @@ def state_directory(path: str | None, lockstep: bool = False) -> Iterator[Stores
 
     Args:
         path: the path of the directory.
-        lockstep: time follows no clock and waits for the disk.
+        lockstep: virtual time does not follow a clock, so it can wait for the disk.
 
     Raises:
         UsageError: the directory cannot be written, or another server is using it.
@@ -303,7 +303,7 @@ def state_directory(path: str | None, lockstep: bool = False) -> Iterator[Stores
 
 
 def background_store(path: Path, lockstep: bool) -> BackgroundStore:
-    """Return a memory in a file; a damaged file is reported now, not when a program turns out to be missing."""
+    """Return a memory in a file; a damaged file is reported now, rather than later when a program is missing."""
     from ...links.lines.background import WRITE_TIMEOUT_S, BackgroundStore
     from ...links.lines.memory_file import FileStore
 

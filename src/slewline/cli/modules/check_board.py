@@ -32,7 +32,7 @@ FAULTY = ("S0", "T1001", "R1000", "A4", "D256", "+1000000", "zoo", "12345678901"
 
 
 def entry(part: str) -> tuple[str, list[str]]:
-    """Return the command that begins program entry, and a list with any command that ends it without a run."""
+    """Return the command that begins program entry, and any commands that end it without running the program."""
     rows = sheet_of(part).rows(LineRow)
     begin = next(row.head for row in rows if row.role == "enter")
     return begin, [row.head for row in rows if row.role == "leave" and not row.may_step]

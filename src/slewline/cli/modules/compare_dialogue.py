@@ -1,4 +1,4 @@
-"""slewline compare DIALOGUE: compare the answers of a module with those of the model to the same lines."""
+"""slewline compare DIALOGUE: compare a module's answers with the model's answers to the same lines."""
 
 from __future__ import annotations
 
@@ -120,7 +120,7 @@ class CompareDialogue(SettingOptions):
     def chip(self, dialogue: RecordedDialogue) -> type[Chip]:
         """Return the class of the part that the user names or, if the user names none, of the part in the dialogue.
 
-        A dialogue may name a class in code of its own, as module:Class, only with --allow-code.
+        A dialogue may name a class outside slewline, as module:Class, but only with --allow-code.
         """
         if self.part is not None:
             return chip_class(self.part)

@@ -171,8 +171,8 @@ def compare_command(**options: Any) -> int:
     For two waveforms, one of a run and one of a logic analyser, the missing, extra, late and early edges of
     each signal are reported, and the drift of the measured clock; exit status 1 if any edge differs.
     Without --map, signals of the same name are compared, whatever their scopes.  --shift first and
-    --shift best align the first of the compared signals.  MEASURED is a VCD file, a CSV file from a logic
-    analyser or an oscilloscope, or a PulseView session (.sr).
+    --shift best use only the first of the compared signals for the alignment.  MEASURED is a VCD file, a
+    CSV file from a logic analyser or an oscilloscope, or a PulseView session (.sr).
 
     For a dialogue, as recorded by `slewline proxy` and other commands, every line is sent to the model at
     its recorded time, in virtual time, and every answer or delay that differs is reported; exit status 1 if

@@ -126,7 +126,7 @@ def show_unasked(conversation: Conversation) -> None:
 
 # --------------------------------------------------------------------------------------------------------------- input
 def piped(conversation: Conversation) -> Iterator[str]:
-    """Yield the lines of standard input, a file or pipe; print each, because the user has not typed it."""
+    """Yield the lines of standard input, which is a file or pipe; print each, because it was not typed."""
     for line in sys.stdin:
         click.echo(f"{conversation.sheet.part}> {line.rstrip()}")
         yield line

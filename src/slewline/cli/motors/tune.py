@@ -171,7 +171,7 @@ def values_text(calculator: Calculator, values: Any) -> str:
 
 
 def map_lines(found: Tuned, calculator: Calculator) -> Iterator[str]:
-    """Yield the map as lines, fastest move first; a failed move has the perturbation under which it failed."""
+    """Yield the map as lines, fastest move first; a failed move's line names the perturbation it failed under."""
     counts = Counter(place.says for place in found.map)
     yield f"map           {', '.join(f'{count} {verdict}' for verdict, count in counts.most_common())}"
     names = found.task.grid.free or found.task.grid.names[:1]

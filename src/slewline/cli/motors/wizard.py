@@ -78,7 +78,7 @@ class Question:
                 return taken
 
     def taken(self, answer: str, shown: list[tuple[str, str]]) -> str:
-        """Return the choice that an answer names (ignoring case) or numbers; return any other answer unchanged."""
+        """Return the choice with the name (ignoring case) or number in `answer`; return any other answer unchanged."""
         names = {name.lower(): name for name, _ in self.choices}
         if answer.lower() in names:
             return names[answer.lower()]

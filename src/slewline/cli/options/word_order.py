@@ -2,7 +2,7 @@
 
 `kind_of` returns the kind of a word: a chip, a port, a file, a parameter ...  The name of an argument
 determines the kinds that it takes (`TAKES`); a word that fits no argument belongs to an option for its
-kind (`OPTIONS`).  A line in the right order, or that cannot be put in order, is left alone.
+kind (`OPTIONS`).  A line that is in the right order, or cannot be put in order, is left alone.
 """
 
 from __future__ import annotations
@@ -113,7 +113,7 @@ def describe(word: str, kind: str, argument: click.Argument | None) -> str:
 
 
 def is_file_of_chip(command: click.Command, words: Sequence[tuple[str, str]]) -> bool:
-    """Return whether the first word is a file given for the chip: no word is a chip, no option takes the file."""
+    """Return whether the first word is a file in place of a chip: no word is a chip, no option takes that file."""
     kinds = [kind for _, kind in words]
     return kinds[0] in FILES and "chip" not in kinds and not option_of(command, kinds[0])
 
@@ -153,7 +153,7 @@ def fits(kind: str, takes: Sequence[str] | None) -> bool:
 
 
 def fitting(words: Sequence[tuple[str, str]], takes: Sequence[str] | None) -> tuple[str, str] | None:
-    """Return the first word, with its kind, of a kind that an argument takes, else of unknown kind; else None."""
+    """Return the first (word, kind) whose kind an argument takes, else the first of unknown kind, else None."""
     if takes is None:
         return words[0] if words else None
     known = [each for kind in takes for each in words if each[1] == kind]

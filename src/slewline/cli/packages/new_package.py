@@ -104,7 +104,7 @@ def check_free(kind: Kind, name: str) -> None:
 
 
 def rendered(kind: Kind, name: str) -> dict[Path, bytes]:
-    """Return the contents of the files of a package, keyed by path within it, files in upper folders first."""
+    """Return the contents of a package's files, keyed by path within it; files in upper folders come first."""
     table = words(kind, name)
     pattern = re.compile("|".join(table))
 

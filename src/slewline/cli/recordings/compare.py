@@ -57,7 +57,7 @@ def compare(
 
 
 def _inverted(given: Iterable[str], signals: list[SignalPair]) -> set[str]:
-    """Return the model names of inverted signals, each given by its model or measured name; "all" gives all."""
+    """Return the model names of the inverted signals; `given` has their model or measured names, or "all"."""
     names = {part.strip() for text in given for part in text.split(",")}
     by_name = {name: each.name for each in signals if each.wire for name in (each.name, each.other)}
     if "all" in names:

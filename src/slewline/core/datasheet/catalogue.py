@@ -103,7 +103,7 @@ class Catalogue(Generic[T]):
 
     # ------------------------------------------------------------------------------------------- installed packages
     def brought(self) -> dict[str, list[EntryPoint]]:
-        """Return the entry points of installed packages, keyed by name: several if packages use the same name."""
+        """Return the entry points of installed packages, in lists keyed by name: packages may share a name."""
         from importlib.metadata import entry_points  # it takes long to load, and most runs use built-in classes
 
         found: dict[str, list[EntryPoint]] = {}

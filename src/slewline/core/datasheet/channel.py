@@ -22,9 +22,9 @@ class Channel:
 
     `name` selects the channel in `bench.host(x, over=name)`; `description` names it in messages.
 
-    A pin that all parts with this class of channel have is found by its role; a pin that only some of them
-    have is named in an attribute of the channel.  `instead` is the phrase after the name of the part in the
-    message that refuses a script directive for another kind of channel.
+    If all parts with this class of channel have a pin, it is found by its role; if only some of them have
+    it, an attribute of the channel names it.  A script directive for another kind of channel is refused with
+    a message in which `instead` follows the name of the part.
     """
 
     name: ClassVar[str]
@@ -42,7 +42,7 @@ class Channel:
         return {}
 
     def elsewhere(self, name: str, value: object) -> str:
-        """Return text on how to give this value to a setting that is not an option; "" if there is no such setting."""
+        """Return text on how to set `name`, which is not an option, to `value`; "" if there is no such setting."""
         return ""
 
 
@@ -85,7 +85,8 @@ class SerialLine(Channel):
         bits: the number of data bits, 5 to 8.
         parity: "none", "odd" or "even".
         stop: the number of stop bits.
-        bauds: the rates in baud, keyed by the levels of `baud_pins`; without such pins one entry, for ().
+        bauds: the rates in baud, keyed by the levels of `baud_pins`; if there are no such pins, one rate,
+            keyed by ().
         baud_pins: the pins that select the rate.
         addresses: the addresses, keyed by the levels of `address_pins`; for address 0, no address is sent.
         address_pins: the pins that select the address.
@@ -114,7 +115,7 @@ class SerialLine(Channel):
         return dict(zip(self.baud_pins, levels, strict=True))
 
     def elsewhere(self, name: str, value: object) -> str:
-        """Return text on the straps that set the rate or checksums, or on the fixed format; "" for other settings."""
+        """Return text that names the straps for a rate or checksums, or the fixed format; "" for other settings."""
         if name in ("baud", "baudrate") and self.baud_pins:
             given = self.strapping(value)  # type: ignore[arg-type]
             rates = ", ".join(map(str, sorted(self.bauds.values())))
@@ -178,7 +179,7 @@ class AdaptiveLine(Channel):
         bits: the number of data bits, 5 to 8.
         parity: "none", "odd" or "even".
         stop: the number of stop bits.
-        flow_pin: the output of the part that permits the host to send while the output is low.
+        flow_pin: the part's output that, while low, permits the host to send.
         in_use: a mask and values: `flow_pin` is in use while the mode register, masked, has one of these
             values; otherwise the pin has another function.
         answers: a mask and a value: answers use this port while the mode register, masked, has this value.

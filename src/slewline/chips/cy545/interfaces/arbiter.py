@@ -64,9 +64,9 @@ class InputArbiter:
 
     @property
     def answering(self) -> bool:
-        """True during a command from the serial side, or while a serial character waits that the chip will read.
+        """True during a command from the serial side, or while the chip will read a waiting serial character.
 
-        The chip does not read a character while the parallel host has to continue.
+        The chip does not read a character while it waits for the parallel host to continue a command or message.
         """
         if self.owner is self.serial and self.at_work:
             return True

@@ -107,7 +107,7 @@ class LocalBus:
         return found
 
     async def show(self, address: int, data: bytes) -> None:
-        """Write bytes to the display, at ascending addresses (0 to 63) from `address` on, in one HP_SEL cycle each."""
+        """Write bytes to the display at ascending addresses (0 to 63) from `address` on, one HP_SEL cycle per byte."""
         for place, byte in enumerate(data, address):
             start = await self._begin()
             self.value.leave()
@@ -171,7 +171,7 @@ class LocalBus:
         return self.drivers[pin].pulses(self.ps(start, STROBE), self.ps(start, rises))
 
     def bus_wave(self, start: int, low: int, high: int | None, data: Level) -> Edges:
-        """Return the levels that the chip drives on the data bus: one or two address bytes, any byte to write."""
+        """Return the levels driven on the data bus by the chip: one or two address bytes, and any byte it writes."""
         times = tuple(self.ps(start, phase) for phase in (0, LOW, DATA, READ))
         return None, times, (None if high is None else (0xFF, high), (0xFF, low), data, None)
 
@@ -240,9 +240,9 @@ class MemoryRead(Leader[Exchange]):
 
     # -------------------------------------------------------------------------------------------- conditions for values
     def made(self, ends: tuple[BusEnd, ...]) -> Exchange | None:
-        """Return the exchange that handles reads as values, for the parts on the bus; None if this is impossible.
+        """Return an exchange that handles reads as values for the parts `ends` on the bus; None if not possible.
 
-        This requires exactly one memory on the bus, whose output depends only on the latched address.
+        It is possible only with exactly one memory on the bus, whose output depends only on the latched address.
         """
         wire = self.bus.drivers["xmem_sel"].net
         selected = [end for end in ends if end.select.root is wire]
@@ -265,9 +265,10 @@ class MemoryRead(Leader[Exchange]):
         return Wave(None, times, (None if byte is None else (0xFF, byte), None))
 
     def _withdrawn(self, seen: int) -> None:
-        """Stop handling a read as one value: the parts act by themselves, with addresses latched until `seen` (ps).
+        """Stop handling a read as one value, so that the parts on the bus act by themselves again.
 
-        The chip then samples the bus in real time.
+        Each part gets the address that it would have latched by `seen` (ps).  The chip then samples the bus in
+        real time.
         """
         read, latch = (self.bus.ps(self.start, phase) for phase in (READ, LATCH))
         memory, (high, low) = self.memory, self.latched

@@ -45,7 +45,7 @@ class FlowReader(Protocol):
     def kept(self, data: bytes, at: int) -> int:
         """Return the number of bytes of `data`, from index `at` on, that are merely stored as part of a command.
 
-        Return -1 if bytes may not arrive together, as one value (handshake.py).
+        Return -1 if bytes must not arrive together, as one value (handshake.py).
         """
 
 
@@ -230,7 +230,10 @@ class ParallelPort:
         return self.kernel.now
 
     def counted(self, low: bool) -> None:
-        """Record the number of changes of IO_REQUEST up to the last byte's request; if `low`, this is still active."""
+        """Record the number of changes of IO_REQUEST up to the last byte's request.
+
+        If `low`, the last byte's request is still active.
+        """
         self.served = self.request.changes - (not low)
 
     def _take(self) -> int:

@@ -127,7 +127,10 @@ class SerialSide:
             self._adapt((first + bit) / 2)
 
     def _looks_like(self, edges: tuple[int, ...], bit: float) -> bool:
-        """Return whether the recorded edges match a character's, `edges`, in bits (of `bit` ps) from the first edge."""
+        """Return whether the recorded edges match `edges`, the edges of a certain character.
+
+        `edges` are in bits from the first edge; a bit lasts `bit` ps.
+        """
         begin = self.edges[0]
         return all(abs(time - begin - at * bit) <= SKEW * bit for time, at in zip(self.edges, edges, strict=True))
 

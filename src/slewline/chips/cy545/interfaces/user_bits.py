@@ -28,7 +28,7 @@ class UserBits:
         self.clear()
 
     def clear(self) -> None:
-        """Set all bits high, and FPL and HP_SEL to their idle levels, for RESET and I."""
+        """Set all bits high, and FPL and HP_SEL to their idle levels, for RESET and the command I."""
         self.latch = self.bus_latch = 0xFF
         self.flow = self.cts = self.selected = 1
         self.show()

@@ -51,7 +51,8 @@ class Home(Stepping):
     async def seek(self, argument: int) -> None:
         """Seek the edge at which the pins begin to match an argument; return when STOPPED is high again.
 
-        The position becomes 0 at this edge; after a limit, it is the old position plus the steps made.
+        The position becomes 0 at this edge; if a limit ends the seek, it is the old position plus the steps
+        made.
         """
         try:
             await self._seek(argument)
@@ -105,7 +106,7 @@ class Home(Stepping):
         return self.registers.has(sheet.MB_SHOW)
 
     def watched(self) -> list[tuple[Net, int | None]]:  # type: ignore[override]
-        """Return the inputs whose changes matter now, each with the level to which a change would matter.
+        """Return the inputs whose changes matter now, each with the new level that would matter.
 
         The sensor pins are included with None, because any change of them matters.
         """

@@ -56,10 +56,10 @@ class Jog:
 
     @property
     def direction(self) -> int | None:
-        """The direction selected by JOG, +1 (clockwise) or -1; None if JOG is open or a low limit forbids the step.
+        """The direction selected by JOG, +1 (clockwise) or -1; None if JOG is open or a limit forbids the step.
 
-        This is the limit of the direction in which the step would count; an external level on CCW may force
-        that direction.
+        The step is forbidden while the limit of the direction in which it would count is low; an external level
+        on CCW may force that direction.
         """
         level = self.net.level
         if level is None:
@@ -68,7 +68,7 @@ class Jog:
         return direction if self.limits[self.outputs.expected(direction)].is_inactive else None
 
     async def step(self, direction: int) -> None:
-        """Output a step in a direction; return one step period after the call, when JOG must be sampled again."""
+        """Output a step in a direction; wait until one step period after the call, when JOG must be sampled again."""
         chip, outputs = self.chip, self.outputs
         single = Single(chip.crystal_hz, self.registers.values["firstrate"], self.law)
         begin, period = chip.tick + self.lead, single.period

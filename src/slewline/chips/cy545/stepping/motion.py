@@ -8,7 +8,8 @@ r"""The CY545's motions: ramps, continuous motion, INHIBIT_ABORT and the limits.
 
 INHIBIT_ABORT low at the end of a step made at the first rate ends the motion.  INHIBIT_ABORT low at the
 end of a faster step makes the motion decelerate to the first rate; there, INHIBIT_ABORT is sampled again
-after every step.  All samples read the levels from before their instant.
+after every step.  If a level
+changes at the instant of a sample, the sample reads the old level.
 """
 
 from __future__ import annotations
@@ -86,7 +87,10 @@ class Stepping(motion.Motion):
         self.over(why)
 
     def over(self, why: Why | None = None) -> None:
-        """End the motion for the reason `why` (None: complete, or stopped by a command), or "limit" after a limit."""
+        """End the motion, and record the reason: "limit" if a limit has ended it, otherwise `why`.
+
+        `why` is None if the motion is complete, or was stopped by a command.
+        """
         self.axis.log.end("limit" if self.limited else why)
         self.moving = False
 
@@ -151,7 +155,7 @@ class Motion(Stepping):
         return self.endless or self.number > 0
 
     def parameters(self, number: int) -> Callable[[], MotionParameters]:
-        """Load the parameters of a motion of `number` steps; return a function that computes them for pictures."""
+        """Load the parameters of a motion of `number` steps; return a function that computes them for plots."""
         values = self.registers.values
         first, rate, slope = (values[name] for name in ("firstrate", "rate", "slope"))
         self.at_start = RegistersAtStart(self.chip.crystal_hz, first, rate, slope, number, self.law)
@@ -170,7 +174,7 @@ class Motion(Stepping):
 
     # --------------------------------------------------------------------------------------------------------- samples
     def watched(self) -> list[tuple[Net, int]]:
-        """Return the inputs whose changes matter now, each with the level to which a change would matter.
+        """Return the inputs whose changes matter now, each with the new level that would matter.
 
         INHIBIT_ABORT is left out during the ramp down that it has caused.
         """

@@ -56,7 +56,7 @@ class StepOutputs(phase_outputs.StepOutputs):
         self.slew = Weak(chip.drivers["slew"])  # type: ignore[assignment]
 
     def clear(self) -> None:
-        """Set all outputs to their idle levels, for RESET and I."""
+        """Set all outputs to their idle levels, for RESET and the command I."""
         super().clear()
         self.pulse.deactivate()
         self.moving(False)

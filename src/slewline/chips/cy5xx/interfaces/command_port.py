@@ -79,7 +79,7 @@ class BusPort:
 
     # ----------------------------------------------------------------------------------------------------------- READY
     def rest(self, powered: bool) -> None:
-        """Drive READY high, or without supply release it; in both cases, release the bus."""
+        """Drive READY high or, without supply, release it; in both cases, release the bus."""
         self.ready.drive(self.ready.active_level if powered else None)
         self.bus_driver.drive(None)
 
@@ -92,7 +92,7 @@ class BusPort:
         self.ready.activate()
 
     async def finish(self, tick: int) -> None:
-        """End the handshake: READY rises at a tick, but not before I/O REQUEST has been high since the byte (s.7)."""
+        """End the handshake: READY rises at a tick or, if I/O REQUEST has not risen by then, when it does (s.7)."""
         chip, request = self.chip, self.request
         if tick > chip.tick:
             chip.tick = tick
@@ -253,7 +253,10 @@ class BusPort:
         return self.busy_ps
 
     def counted(self, low: bool) -> None:
-        """Record the count of I/O REQUEST changes at the last byte's request; `low`: this request is still low."""
+        """Record the number of changes of I/O REQUEST up to the last byte's request.
+
+        If `low`, I/O REQUEST is still low from that request.
+        """
         self.accepted = self.request.changes - (not low)
 
     def catch_up(self) -> None:

@@ -9,7 +9,7 @@ Sampling points of a step, from its start b to the start b' of the next step; PU
 
 Inputs are sampled as the manual requires.  Edges are promised up to the next sample that matters.  When
 a watched input changes, the promise is withdrawn from the first sample strictly after the change; at
-this sample the firmware reads the levels from before the instant and decides: continue, replan from the
+this sample the firmware reads the levels just before its instant and decides: continue, replan from the
 step that is about to begin, or stop.
 
 A part defines its plans, the inputs that it watches, and its reaction to them at a sample.
@@ -86,7 +86,7 @@ class Motion:
         """Wait until the first step's conditions, except STEP INHIBIT, are met; the motion's lines are already set."""
 
     def watched(self) -> list[tuple[Net, int]]:
-        """Return the inputs whose changes matter now, each with the level to which a change would matter."""
+        """Return the inputs to watch now, each with a level: only a change to this level matters."""
         return [self.inhibit.when_active]
 
     async def look(self, plan: Plan, step: int) -> Plan:
@@ -271,7 +271,7 @@ class Motion:
         return (train.end(step + 1) - self.high, self.hold) if step < train.steps else (end, None)
 
     async def hold(self) -> bool:
-        """Hold PULSE at the end of a step while STEP INHIBIT is high, then end the step; do nothing if it is low.
+        """If STEP INHIBIT is high, hold PULSE at the end of a step until the input is low; then end the step.
 
         Returns whether the step has become longer.
         """

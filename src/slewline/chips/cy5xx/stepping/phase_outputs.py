@@ -66,7 +66,7 @@ class StepOutputs:
             driver.play(PatternView(playing, column, self.registers.phase, sign, driver.at(seen)))
 
     def renew(self) -> None:
-        """Notify all observers of PULSE and the phases that the time at which the promised train ends has changed."""
+        """Notify all observers of PULSE and the phases that the promised train now ends at a different time."""
         self.pulse.renew()
         for driver in self.phases:
             driver.renew()

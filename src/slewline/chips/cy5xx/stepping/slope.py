@@ -37,7 +37,7 @@ class Law(NamedTuple):
         return self.periods[min(rate, self.top)] * factor
 
     def up(self, rate: int, slope: int, factor: int = 1) -> Runs:
-        """Return the steps of the ramp up to a rate parameter, all of them below it; none if the slope is 0."""
+        """Return the steps of the ramp up to a rate parameter, each with a lower parameter; none if the slope is 0."""
         ramp = range(self.start, min(rate, self.top), slope) if slope else ()
         return tuple((self.periods[each] * factor, 1) for each in ramp)
 
@@ -61,7 +61,7 @@ class RegistersAtStart(NamedTuple):
         return {f"R = {self.rate}": self.crystal_hz / self.law.period(self.rate, self.factor)}
 
     def ideal(self, runs: Runs, start: int, position: int, sign: int) -> Ideal:
-        """Return a plan's ideal course: its own rates, because the law changes the rate only from step to step.
+        """Return the ideal course: the plan's own rates, because the law changes the rate only from step to step.
 
         Args:
             runs: the runs of the plan, each an interval in clocks and the number of steps with this interval.

@@ -2,12 +2,12 @@ r"""Motion step by step: the slow and obvious reference for the fast path.
 
 The fast path plans whole moves and promises step trains.  A twin plans a list of single steps, drives
 every edge when it is due, and samples the pins when the chip does.  The twin is a second opinion: it
-shares none of this code with the fast path.  Findings of a motion are reported by the part's own twin,
-or not at all.
+shares no code for these tasks with the fast path.  It reports no findings of a motion, but a part's own
+twin may do so.
 
     move:  I/O REQUEST high? -> direction -> STEP INHIBIT low? -> [step -> samples] ... -> over
 
-    one step (a sample reads the levels from before the instant):
+    one step (a sample reads the levels just before its instant):
 
         begin                                       end = start of the next
           |                                           |

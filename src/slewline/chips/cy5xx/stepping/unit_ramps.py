@@ -1,9 +1,9 @@
-"""Ramps whose rate parameter grows by one per unit of time.  Pure functions, whole clocks.
+"""Ramps whose rate parameter grows by one at fixed intervals of time.  Pure functions, whole clocks.
 
 rate parameter
- high .........______      units are due at a fixed number of clocks, counted from the first step, and are sampled at
-             _/            the start of each step.  Then either all units due are taken (`jumps`), or at most one; a
-           _/              late unit does not delay the units after it.
+ high .........______      an increase by one (a unit) is due every `unit` clocks, counted from the first
+             _/            step.  At the start of each step, either all units due are taken (`jumps`), or
+           _/              at most one; a late unit does not delay the units after it.
  low ...../
 """
 

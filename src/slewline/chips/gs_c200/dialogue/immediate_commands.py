@@ -177,7 +177,7 @@ class HostDialogue:
 
     # ------------------------------------------------------------------------------------------------------ EEPROM
     async def do_memorize(self) -> str:
-        """M: write the program to the EEPROM; return "", as the answer follows the write, or Y with option early_y."""
+        """M: write the program to the EEPROM; return "" (the answer follows the write), or Y with option early_y."""
         self.program.kept = True
         self.eeprom.write(self._written)
         return "Y" if self.options.early_y else ""

@@ -41,7 +41,7 @@ class Moves(Protocol):
         """End the motion without a ramp; the pulse in progress is completed."""
 
     def cut(self) -> None:
-        """End the motion at power-down; count the steps at this instant, and drop all later steps."""
+        """End the motion at power-down; a step at this very instant counts, and all later steps are dropped."""
 
 
 class Instructions:

@@ -96,7 +96,7 @@ class Interpreter:
             await self.kill("Z")
 
     def cut(self) -> None:
-        """End all work at power-down; count the steps at this instant, and drop all later steps."""
+        """End all work at power-down; a step at this very instant counts, and all later steps are dropped."""
         if self.task is not None:
             self.task.kill()
             self.task = None

@@ -84,7 +84,7 @@ class Program:
 
     @property
     def homing_speed(self) -> int:
-        """The homing speed in units of 10 steps/s: that of S at the program's start, else register S; 0 for none."""
+        """The homing speed in units of 10 steps/s: from an S that begins the program, else register S; 0 for none."""
         for _, row, values in self.fetched():
             return values[0] if row.form == "S" else self.registers.start_stop
         return self.registers.start_stop

@@ -89,7 +89,7 @@ class Motion:
             watcher.kill()
 
     async def home(self, sign: int, text: str) -> None:
-        """Find the end of travel in direction `sign`, then the home position in the opposite one, at one rate."""
+        """Find the end of travel in direction `sign`, then, in reverse at the same rate, the home position."""
         lines = self.lines
         self.begin(text)
         self.counter.axis.homing = sign
@@ -134,7 +134,7 @@ class Motion:
         self.lines.rest()
 
     def cut(self) -> None:
-        """End the motion at power-down; count the steps at this instant and drop later ones."""
+        """End the motion at power-down; a step at this very instant counts, and all later steps are dropped."""
         self.end_by(self.kernel.now + 1)
         self.counter.mark_deviation()
         self.counter.cut()

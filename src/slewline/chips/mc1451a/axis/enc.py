@@ -11,11 +11,11 @@ are not counted.
 The CP chip reads the counter at the start of a cycle.  All changes since the last reading are processed
 together, one by one if there are few, in arrays if there are many.  However few there are, this takes
 most of the computing time of a cycle.  Therefore the counter looks ahead: it processes the promises of A
-and B for the next cycles, a window, in one pass, with the same filters and decoder, and answers queries
+and B for the next cycles (a window) in one pass, with the same filters and decoder, and answers queries
 from this window.  The result holds unless a driver of A or B changes.
 
     promised   _|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_
-    windows    | 4    | 8          | 16            x              cycles: each twice as long as its predecessor
+    windows    | 4    | 8          | 16            x              in cycles, each twice the one before
     queries    ^   ^  ^  ^  ^      ^  ^   ^   ^        ^ read     x: a driver changes; the window is dropped, the
                                                                   changes so far are read, the next window is short
 
@@ -162,7 +162,7 @@ class QuadratureDecoder:
         """Count the edges at the filters' inputs, from the last query up to but excluding a tick.
 
         Returns:
-            The ticks at which the count changes, and the count starting at each: two lists, or two arrays.
+            The ticks at which the count changes, and the new count at each: two lists, or two arrays.
         """
         a, b = self.a.passed(tick, of_a), self.b.passed(tick, of_b)
         if len(a) + len(b) > MUCH:
@@ -230,7 +230,7 @@ class QuadratureDecoder:
 class CountWindow(NamedTuple):
     """The promised edges of A and B up to tick `stop`, already counted.
 
-    `counts` are the counts starting at each of `ticks`; `decoder` has the final state.
+    `counts` has the new count at each of `ticks`; `decoder` has the final state.
     """
 
     stop: int
@@ -364,7 +364,7 @@ class QuadratureCounter:
         self._refused = 0
 
     def _work_off(self) -> None:
-        """Read the changes up to the last query that so far have only been processed in a window."""
+        """Read those changes up to the last query that have so far been processed only in a window."""
         if self._done < self._asked:
             self.window = None
             self._read(self._asked)

@@ -47,7 +47,7 @@ class ElectronicGear:
         self.set_out(cause)
 
     def update(self, cause: str) -> None:
-        """Resume following from the present counts at an update, unless a limit switch or the motor prevents it."""
+        """Resume the gear at an update, from the present counts, unless a limit switch or the motor prevents it."""
         if self.suspended and not self.state.awaits_update and not self.switches.flagged:
             self.suspended = False
             self.followed = self.feedback.counts

@@ -67,7 +67,7 @@ class ProfileGenerator:
 
     # ---------------------------------------------------------------------------------------------------- begin and end
     def set_out(self, distance: int) -> None:
-        """Begin a motion in the present profile mode, or set the aim of the motion in progress again.
+        """Begin a motion in the present profile mode; if a motion is already in progress, set its aim again.
 
         `distance`, the signed distance to the destination, is used for an S-curve only.
         """

@@ -48,8 +48,8 @@ class Horizon:
         """Return the first cycle at whose start the present run has reached a position.
 
         `distance` is the position in 1/65536 step, counted from zero in the direction of the run; `turns` times
-        the range of the target is added to it.  The result is NEVER if the run does not reach the position, or
-        began there or beyond.
+        the range of the target (2^31 steps) is added to it.  The result is NEVER if the run does not reach the
+        position, or if it began at that position or beyond it.
         """
         pulses = self.pulses
         missing = distance + turns * RANGE - pulses.sign * pulses.x0

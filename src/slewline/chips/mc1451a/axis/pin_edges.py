@@ -25,7 +25,7 @@ from ....core.wires.pin import Terminal
 
 
 class PinEdges:
-    """The edges of the wire on a pin after the last `begin`; changes at that instant only set the first level.
+    """The edges of a pin's wire after the last `begin`; a change at that instant is only the first level.
 
     `on_change` is called when a driver of the wire changes its level or its promise; the new edges can be
     read in the kernel's next round.
@@ -47,7 +47,7 @@ class PinEdges:
         self._edges: list[tuple[Any, Any]] = []
 
     def edges_until(self, ps: int) -> tuple[Any, Any]:
-        """Return the edges since the last query, up to an instant (ps) not after the last committed instant.
+        """Return the edges since the last query, up to an instant (ps) no later than the last committed one.
 
         Returns:
             Edge times (ps), and the level after each edge: two lists, or two arrays if a promise gave arrays.
@@ -67,7 +67,7 @@ class PinEdges:
 
         Returns:
             The times of the edges (ps), the level after each, and the level at the end; None while the first
-                level, a driver's last change, or past edges are still to be read.
+                level, the last change of a driver, or some past edges have not yet been read.
         """
         if self._first or self._changed is not None or self._edges:
             return None
@@ -111,7 +111,7 @@ class PinEdges:
             self._read = ps
 
     def _real(self, times: Any, levels: Any) -> tuple[Any, Any]:
-        """Return the edges in two lists, except edges that leave the level the same; return arrays unchanged."""
+        """Return two lists without the edges that leave the level the same; return arrays with all their edges."""
         if isinstance(times, list):
             real = [*map(ne, levels, [self._level, *levels])]
             if not all(real):

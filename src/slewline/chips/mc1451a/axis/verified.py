@@ -1,6 +1,6 @@
 r"""The check of every run before its pulses are promised: the conditions that a run of cycles must meet.
 
-    speed        ______  limit                          joins:    from the cycle before the run to its first, the
+    speed        ______  limit                          joins:    from the previous cycle to the run's first, the
           before/      \                                           speed changes by no more than the law allows
            ----/        \____                          keeps:    no cycle exceeds the limit, or `before` if higher
                           landing: exactly there        lands:    the last run of a move ends at the destination

@@ -1,7 +1,7 @@
 """Cycle trains: a position that moves evenly within each controller cycle, and the resulting steps.
 
-A chip that computes its trajectory once per cycle computes the displacement of the position in each
-cycle.  Steps occur where the position passes whole numbers; PULSE rises half a step earlier:
+A chip that computes its trajectory once per cycle decides how far the position moves in each cycle.
+Steps occur where the position passes whole numbers; PULSE rises half a step earlier:
 
     position                                       . 3        cycle i: from tick 8192 i, displacement d(i)
                                         .    '
@@ -79,7 +79,7 @@ class Cycles:
 
 # --------------------------------------------------------------------------------------------------------------- laws
 class Law(Protocol):
-    """The distance covered before each cycle: 0 at first, never decreasing, at most 512 steps more per cycle."""
+    """The distance covered before each cycle: 0 before cycle 0, then 0 to 512 steps more with every cycle."""
 
     @property
     def steady(self) -> int:
@@ -98,7 +98,7 @@ class Law(Protocol):
     def velocity(self, i: int) -> int:
         """Return the velocity in cycle i, in 1/65536 step per cycle.
 
-        It is free of the rounding of an S-curve's displacements, so it changes evenly.
+        In an S-curve it is not affected by the rounding of the displacements, so it changes evenly.
         """
 
     def velocities(self, i: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -161,7 +161,7 @@ class CycleTrain(Train):
         return CycleTrain(self.clock, self.origin, self.law, self.cycles, self.lead, self.cycle, self.unit // 2)
 
     def positions(self, i: int, j: int) -> NDArray[np.int64]:
-        """Return the positions at the starts of cycles i ... j-1: (n,) int64, 1/65536 step, zero as for `lead`."""
+        """Return the positions at the starts of cycles i ... j-1: (n,) int64, 1/65536 step, counted like `lead`."""
         import numpy as np
 
         return self.lead + self.law.travels(np.arange(i, j))
@@ -196,7 +196,7 @@ class CycleTrain(Train):
         return max((self.lead + before + (after - before) * part // self.cycle) // self.unit, 0)
 
     def steps_at(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return how many steps have begun by each tick, counted from `origin`, in any order: (n,) int64."""
+        """Return how many steps have begun by each of `ticks` (from `origin`, in any order): (n,) int64."""
         import numpy as np
 
         i, part = np.divmod(ticks, self.cycle)
@@ -274,8 +274,8 @@ class CycleTrain(Train):
         begins on tick ceil(m * scale + rest), where scale and rest are fractions n/d, d being the displacement
         of the step's cycle.  If 1/2 - 1/2d is added to the sum, rounding to the nearest integer gives the same
         tick, and the sum is at most 1/2 - 1/2d from that integer.  As floats, m * scale and rest are at most
-        2^45/d each, apart from whole ticks up to 2^23.  So their rounding error is less than 2^-6/d + 2^-28,
-        which is less than the remaining 1/2d.
+        2^45/d each; whole ticks, up to 2^23, may be added to rest.  So the rounding error of both is less than
+        2^-6/d + 2^-28, which is less than 1/2d, the margin that remains.
 
         Everything is done in place, because allocating memory for another array takes longer than filling it.
         """
@@ -324,7 +324,7 @@ class CycleTrain(Train):
 
 @cache
 def _counting() -> NDArray[np.float64]:
-    """Return the numbers 1, 2, 3 ... of the steps in a part of an expansion, up to the largest part."""
+    """Return the numbers 1, 2, 3 ... of the steps in a part of an expansion, enough for the largest part."""
     import numpy as np
 
     return np.arange(1, BLOCK + 1, dtype=np.float64)
@@ -333,7 +333,7 @@ def _counting() -> NDArray[np.float64]:
 class SquareView(TrainView):
     """PULSE of a played cycle train: it is high in the second half of each step.
 
-    If `high`, PULSE is high from the beginning, left so by the movement before, until the first step.
+    If `high`, the preceding movement has left PULSE high, and it stays high until the first step.
     """
 
     __slots__ = ("halves", "high")

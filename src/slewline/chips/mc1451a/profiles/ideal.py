@@ -119,7 +119,7 @@ def change(before: float, after: float, acceleration: float) -> list[IdealPiece]
 
 
 def trapezoid(distance: float, speed: float, top: float, acceleration: float, start: float) -> list[IdealPiece]:
-    """Return the pieces of a point-to-point move with linear ramps; `distance` and `speed`, now, are signed.
+    """Return the pieces of a point-to-point move with linear ramps; `distance` and present `speed` are signed.
 
     If the axis is too fast to stop at its destination, or moves away from it, it first decelerates to rest.
     """

@@ -32,7 +32,7 @@ SIX = 6 << 16 + 2 * PLACES  # six positions, with 16 + 3 * PLACES binary places 
 
 
 class CycleRun(NamedTuple):
-    """Cycles with displacements speed, speed + change, speed + 2 change ...; `landing` if the last ends a move."""
+    """Cycles with displacements speed, speed + change, speed + 2 change ...; if `landing`, they end a move."""
 
     cycles: int
     speed: int
@@ -141,7 +141,7 @@ def holds(same: Callable[[int], bool], guess: int) -> int:
 
 
 def brake(limits: MoveLimits, speed: int, floor: int = 0) -> CycleRun:
-    """Return the next run of a deceleration to `floor` (for 0: to s first); at rest already, a run at speed 0."""
+    """Return the next run of a deceleration to `floor` (if 0: first to s); if at rest already, one at speed 0."""
     a, s = limits.acceleration, limits.start
     if floor:
         if speed - a <= floor:
@@ -198,7 +198,7 @@ class Phases(NamedTuple):
 
     @property
     def peak(self) -> int:
-        """The velocity in phase 4, the highest, in 1/65536 step per cycle with 16 + 2 * PLACES binary places."""
+        """The highest velocity, that of phase 4, in 1/65536 step per cycle with 16 + 2 * PLACES binary places."""
         fast = self.jerked + self.steady
         reached = min(self.jerk * self.jerked, self.acceleration << 16 + PLACES)
         return min(self.velocity << 16 + 2 * PLACES, reached * fast)
@@ -206,7 +206,7 @@ class Phases(NamedTuple):
     def stopped(self, done: int) -> Phases:
         """Return the whole S-curve, as it becomes if a smooth stop begins after `done` cycles.
 
-        The deceleration mirrors the acceleration: phases that have begun are shortened to the part done so far.
+        The deceleration mirrors the acceleration: phases 1, 2 and 4 are shortened to the part done so far.
         """
         t1, t2, t4 = self.jerked, self.steady, self.coasting
         passed = done * UNIT
@@ -243,7 +243,7 @@ class Phases(NamedTuple):
         return [*pieces, stays]
 
     def _piece(self, phase: int, cycle: int) -> JerkPiece:
-        """Return the piece of the cycles within a phase, the first of which is `cycle`.
+        """Return the piece formed by the cycles within a phase; `cycle` is the first of these cycles.
 
         The piece's numbers, including the positions, are rounded up during acceleration and down after it, so
         that no cycle's displacement exceeds that of a cycle at the maximum velocity.
@@ -257,8 +257,8 @@ class Phases(NamedTuple):
     def _state(self, phase: int, t: int) -> tuple[int, int, int, int]:
         """Return six times the position, twice the velocity, the acceleration and the jerk at time `t`, in a phase.
 
-        The jerk has 16 binary places; acceleration, velocity and position have PLACES more each, in this order.
-        So all four are exact.
+        The jerk has 16 binary places, the acceleration 16 + PLACES, the velocity 16 + 2 * PLACES, the position
+        16 + 3 * PLACES.  So all four are exact.
         """
         t1, j = self.jerked, self.jerk
         if phase <= 2:
@@ -288,7 +288,9 @@ def s_curve(distance: int, velocity: int, acceleration: int, jerk: int) -> Phase
     """Return the phases of a move: the times of the continuous profile, each rounded up to 2^-PLACES cycle.
 
     Args:
-        distance: 1/65536 step; velocity and acceleration: this unit per cycle, per cycle^2; all positive.
+        distance: 1/65536 step, positive.
+        velocity: 1/65536 step per cycle, positive.
+        acceleration: 1/65536 step per cycle^2, positive.
         jerk: 2^-32 step per cycle^3, positive.
     """
     d, v, a, j = distance << 16, velocity << 16, acceleration << 16, jerk

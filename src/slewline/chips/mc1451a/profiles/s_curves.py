@@ -69,7 +69,10 @@ class SCurve:
         return self.pieces[bisect_right(self.cycles, k) - 1]
 
     def travel(self, i: int) -> int:
-        """Return the distance covered in i cycles from `first` on, in 1/65536 step, from positions rounded down."""
+        """Return the distance covered in i cycles from `first` on, in 1/65536 step.
+
+        It is the difference of two positions, each rounded down.
+        """
         k = self.first + i
         return (self._piece(k).covered(k) >> PLACES) - self.start
 

@@ -157,8 +157,8 @@ class TwinAxis:
     def change_mode(self) -> None:
         """Change the profile mode.
 
-        A motion ends, unless the mode changes to velocity contouring from a mode other than the gear.  A gear
-        follows the encoder from its present count.
+        Any change ends a motion, except a change to velocity contouring from a mode other than gear mode.  In
+        gear mode the axis follows the encoder from the encoder's present count.
         """
         state = self.state
         if state.in_motion:
@@ -243,7 +243,7 @@ class TwinAxis:
                 setattr(active, name, getattr(new, name))
 
     def gear_begins(self, cause: str) -> None:
-        """Record that a motion with the gear begins; if the gear is suspended, record that the motion ends, too."""
+        """Record that a motion with the gear begins and, if the gear is suspended, that it ends immediately."""
         begins(self.chip, self.state, cause, 0, self.pulse_range())
         if self.suspended:
             self.axis.log.end("limit" if self.switches.flagged else "cut")
@@ -459,7 +459,7 @@ class TwinAxis:
 
     # -------------------------------------------------------------------------------------------------- 6: breakpoint
     def test_breakpoint(self, number: int, tick: int) -> None:
-        """Clear a breakpoint whose condition is met; with automatic update, request an update in the next cycle."""
+        """Clear a breakpoint whose condition is met; if auto-update is on, request an update in the next cycle."""
         state = self.state
         value = signed(state.comparison, 32)
         self.home.look(tick)

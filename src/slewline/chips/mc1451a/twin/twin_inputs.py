@@ -30,7 +30,7 @@ class TwinFilter:
         self.begin()
 
     def begin(self) -> None:
-        """Begin with the level at the end of this instant, and no edges."""
+        """Start with the input's level at the end of this instant, and discard any edges."""
         self.begun = self.chip.kernel.now
         self.level = self.raw = int(self.chip.pins[self.name].net.level or 0)
         self.since = 0  # tick of the last change
