@@ -1,11 +1,11 @@
-"""A closed loop through ENABLE: the next step comes when the motor has made the one before."""
+"""Closed loop through ENABLE: each step waits until the motor has completed the previous one."""
 
 import slewline
 
 for closed in (False, True):
     bench = slewline.Bench()
     x = bench.add("gs-c200s", name="x", straps={"br0": 0, "br1": 0, "br2": 0, "chs": 0})
-    motor = bench.part("motor", to=x, lag="3 ms")  # a step takes it 3 ms; a pulse meanwhile is lost
+    motor = bench.part("motor", to=x, lag="3 ms")  # a step takes 3 ms; a pulse in that time is lost
     if closed:
         bench.part("step_check", name="check", to=x)
         bench.wire("motor.x", "check.x")

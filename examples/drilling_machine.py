@@ -1,9 +1,9 @@
-"""The drilling machine of the GS-C data sheet: one module feeds a bar, another one drills it, user lines join them."""
+"""The drilling machine of the GS-C data sheet: one module feeds a bar, another drills it, user I/O links them."""
 
 import slewline
 
 FEED = "P S10 T100 R40 W1 +250 L0 A2 D1 C2 W2 +120 L4 A2 C2 W2 +250 A1 D5 C1 E"
-DRILL = "P S15 T200 R25 L0 W1 W2 A2 +150 D1 G0 C2 A1 D1 C1 L5 E"  # as printed, and a loop for the five holes
+DRILL = "P S15 T200 R25 L0 W1 W2 A2 +150 D1 G0 C2 A1 D1 C1 L5 E"  # as printed, plus a loop for the five holes
 bench = slewline.Bench()
 straps = {"br0": 0, "br1": 0, "br2": 0, "chs": 0}  # 9600 baud, no checksum
 units = [bench.add("gs-c200", name=name, straps=straps) for name in ("drill", "feed")]

@@ -1,4 +1,4 @@
-"""A CY525 as a simple IEEE-488 listener; a BASIC controller sends a line feed behind every return."""
+"""A CY525 as a simple IEEE-488 listener; a BASIC controller sends a line feed after every carriage return."""
 
 import slewline
 

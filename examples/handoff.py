@@ -1,4 +1,4 @@
-"""Two arms hand a part over: `-` makes DIRECTION and pin 34 low for 30 µs, and U of the next arm catches it."""
+"""Two arms hand over a part: `-` pulls DIRECTION low with pin 34 for 30 µs, and U in the next arm catches that."""
 
 import slewline
 

@@ -1,4 +1,4 @@
-"""A noisy RS-232 line: what came with a wrong parity is answered E1, and the host asks again."""
+"""A noisy RS-232 line: the module answers a parity error with E1, and the host repeats the command."""
 
 import slewline
 
@@ -14,6 +14,6 @@ for command in ["Po", "S10", "T100", "R10", "L0", "+200", "-200", "L5", "Px"]:
         try:
             if host.ask(command, timeout="100 ms") == "Y":
                 break
-        except slewline.Timeout:  # the carriage return was hit
+        except slewline.Timeout:  # the carriage return was corrupted
             pass
 print(f"{tries} tries, {line.way('to_module').noise.done['garbled']} bits inverted", x.listing(), sep="\n")

@@ -1,4 +1,4 @@
-"""Two latches catch the position while the motor turns; the host reads them later over the same bus."""
+"""Two latches capture the position while the motor turns; the host reads them later over the same bus."""
 
 import slewline
 

@@ -1,4 +1,4 @@
-"""Stand-alone: a PROM loads a stored program that moves to and fro; DOWHILE high ends it."""
+"""Stand-alone operation: a PROM loads a program that moves back and forth; a high DOWHILE ends it."""
 
 import slewline
 

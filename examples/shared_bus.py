@@ -1,4 +1,4 @@
-"""Three CY525s on one data bus: I/O REQUEST selects the chip that is spoken to."""
+"""Three CY525s on one data bus: I/O REQUEST selects the chip that the host addresses."""
 
 import slewline
 

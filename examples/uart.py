@@ -1,4 +1,4 @@
-"""A serial line with a receive-only UART; it cannot stop the host, and a motion makes it lose characters."""
+"""A serial line with a receive-only UART: it cannot hold the host off, so characters are lost during a move."""
 
 import slewline
 
@@ -7,7 +7,7 @@ x = bench.add("cy525", name="x")
 bench.part("uart", to=x, baud=9600, parity="even")
 pc = bench.part("serial_sender", name="pc", to="uart", baud=9600, parity="even")
 
-pc.send("A 0\rF 20\rR 20\rS 255\rZ 1\rN 100\rG\rC\r")  # the C comes in the middle of the motion
+pc.send("A 0\rF 20\rR 20\rS 255\rZ 1\rN 100\rG\rC\r")  # the C arrives during the move
 bench.run_until_idle()
 print(x.position, x.pin("programmable_output").level)
 pc.send("P 0\r")

@@ -12,4 +12,4 @@ welder = bench.part("welder", to=x)
 bench.host(x).send(SET_UP + PROGRAM)
 bench.run_until_idle()
 print(pieces.waiting, "at", bench.now)
-print(*welder.spots[1:], sep="\n")  # the first one: the torch is on from reset to C
+print(*welder.spots[1:], sep="\n")  # without the first: the torch is on from reset until C

@@ -1,11 +1,11 @@
 /*
- * A host program of the old kind: it homes axis 1 by the ports of an ISA board, and moves it.  On a PC with the board
- * it would include <conio.h>; here it finds its chipset behind a socket.
+ * A host program in DOS style: it homes axis 1 through the I/O ports of an ISA board, and moves it.  On a PC with the
+ * board it would include <conio.h>; here it reaches its chipset through a socket.
  *
  *     slewline serve mc1451a --tcp 127.0.0.1:4001 --control 127.0.0.1:4002
  *     cc -o homing homing.c && SLEWLINE=127.0.0.1:4001 ./homing
  *
- * The home switch is a pin of the server: {"do": "drive", "pin": "mc1451a.home1", "level": 0} at its control port.
+ * To close the home switch, send {"do": "drive", "pin": "mc1451a.home1", "level": 0} to the control port.
  */
 #include <stdio.h>
 #include <stdlib.h>
@@ -125,13 +125,13 @@ int main(void)
     printf("version %04x\n", get_word(GET_VRSN));
     fflush(stdout);
 
-    set_long(SET_POS, -1000000000L);    /* farther than the switch */
+    set_long(SET_POS, -1000000000L);    /* beyond the switch */
     set_long(SET_VEL, 0x100000L);
     set_long(SET_ACC, 0x4000L);
     do_command(UPDATE);
-    wait_status(IN_MOTION);             /* the update is over: what comes waits for the next one */
+    wait_status(IN_MOTION);             /* the update has taken effect; later commands wait for the next */
     do_command(STOP);
-    do_command(SET_EXT_BRK);            /* which a low HOME will be */
+    do_command(SET_EXT_BRK);            /* which will come from a low HOME */
     wait_status(BREAKPOINT);
     wait_status(MOTION_COMPLETE);
     printf("home\n");

@@ -208,7 +208,7 @@ BAD = [
     (X + '[[drive]]\npin = "x.abort"\nlevel = 1\nat = 1.5', "line 7: [[drive]] 1, at: found 1.5; allowed a time"),
     (X + '[[record]]\npins = ["x.bell"]', "line 4: [[record]] 1: x (cy525) has no pin 'bell'"),
     (X + '[[record]]\nkeep = "soon"', "line 4: [[record]] 1: time 'soon': expected a number and a unit"),
-    (X + '[[part]]\nname = "u"', 'line 4: [[part]] 1: needs the key kind, such as kind = "inverter"'),
+    (X + '[[part]]\nname = "u"', "line 4: [[part]] 1: needs the key 'kind', such as kind = \"inverter\""),
     (X + '[[part]]\nkind = "uhu"', "line 4: [[part]] 1: no part 'uhu'; there are: inverter, and, or"),
     (X + '[[part]]\nkind = "inverter"\nto = 5', "line 4: [[part]] 1: to: found 5; allowed text"),
     (

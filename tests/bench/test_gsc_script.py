@@ -142,7 +142,7 @@ def test_bytes_are_sent_unchanged():
         ("@verify 0", "a directive for a chip on a bus"),
         ("@until position=8388608", "8388608: allowed -8388608..8388607"),
         ("@until run=0", "x (gs-c200s) has no pin 'run'"),
-        ("@power of", "power 'of'; allowed on, off"),
+        ("@power of", "power 'of'; allowed 'on', 'off'"),
         ("@to y", "host serves x, but not y"),
     ],
 )

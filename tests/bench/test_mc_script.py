@@ -260,8 +260,8 @@ def test_a_part_can_receive_a_message(tmp_path):
     ("line", "found"),
     [
         ("@tell motor block", "the bench has no part 'motor'; there are: shaft, host"),
-        ("@tell shaft turn 5", "tell shaft 'turn'; allowed block, free, slip, push"),
-        ("@tell host wait", "tell host 'wait'; allowed nothing"),
+        ("@tell shaft turn 5", "tell shaft 'turn'; allowed 'block', 'free', 'slip', 'push'"),
+        ("@tell host wait", "tell host 'wait'; a script cannot operate this part"),
         ("@tell shaft slip five", "'shaft slip five' is not understood"),
         ("@tell shaft", "'shaft' is not understood"),
     ],

@@ -108,7 +108,7 @@ MISTAKES = [  # the file, the end of the answer
     ),
     (
         '[[chip]]\npart = "cy525"\nname = "x"\n[[part]]\nname = "not"\n',
-        ', line 4: [[part]] 1: needs the key kind, such as kind = "inverter"',
+        ", line 4: [[part]] 1: needs the key 'kind', such as kind = \"inverter\"",
     ),
     (
         '[[chip]]\npart = "cy525"\nname = "x"\n[[part]]\nkind = "invertr"\n',
@@ -117,7 +117,7 @@ MISTAKES = [  # the file, the end of the answer
     ('[[chip]]\npart = "cy525"\nname = "x"\n[[part]]\nkind = 3\n', ", line 4: [[part]] 1: kind: found 3; allowed text"),
     (
         '[[chip]]\npart = "cy525"\nname = "x"\n[[part]]\nkind = "eeprom"\nto = "x"\nimage = "x.bin"\n',
-        "the content itself; pass slewline.read_image('x.bin'), or use the key file in a bench file",
+        "the content itself; pass slewline.read_image('x.bin'), or use the key 'file' in a bench file",
     ),
     (
         '[[chip]]\npart = "cy525"\nname = "x"\n[[part]]\nkind = "eeprom"\nfile = "none.bin"\n',

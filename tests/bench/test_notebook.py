@@ -291,7 +291,7 @@ def test_tables_of_times_and_readings_are_tables(moved):
     bench.run("20 ms")
     read = Read(bench.readings(["50 ms", "60 ms"])._repr_html_())
     assert read.cells[:4] == ["", "1", "2", "2 \u2212 1"]
-    assert {"printed", "shortest"} <= {*Read(bench.check_timing()._repr_html_()).cells}
+    assert {"data sheet", "shortest"} <= {*Read(bench.check_timing()._repr_html_()).cells}
 
 
 # ------------------------------------------------------------------------------------------------------------- escaped

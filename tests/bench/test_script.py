@@ -305,7 +305,7 @@ def test_two_scripts_of_a_host_play_one_after_the_other():
         ("@live R 20 |", "an empty command"),
         ("@rate 128", "128: allowed 0..127"),
         ("@rate \u0663", "is not printable ASCII"),
-        ("@read rate", "read 'rate'; allowed position"),
+        ("@read rate", "read 'rate'; allowed 'position'"),
         ("@verify 4", "4: allowed 0..3"),
         ("@bytes 4", "bytes are pairs of hexadecimal digits"),
         ("@to y", "host serves x, but not y"),

@@ -400,14 +400,14 @@ def test_a_symbol_stands_for_the_time_that_is_nearest_to_its_limit():
 @rows(
     ("between", "says"),
     [
-        ([("pulse falls", "run falls 9")], "no run falls 9 after pulse falls"),
-        ([("run falls 9", "pulse falls")], "there is no run falls 9 in the window"),
+        ([("pulse falls", "run falls 9")], "no 'run falls 9' after 'pulse falls'"),
+        ([("run falls 9", "pulse falls")], "there is no 'run falls 9' in the window"),
         ([("pulse falls",)], "expected two edges"),
         ("t14", "expected a list"),
         (14, "expected a list"),
         ([14], "expected two edges"),
         ([("pulse drops", "run falls")], "expected a pin, a change"),
-        ([("db falls", "run falls")], "db is a bus; allowed changes"),
+        ([("db falls", "run falls")], "db is a bus; allowed 'changes'"),
     ],
 )
 def test_unmeasurable_times_are_reported(between, says):

@@ -34,7 +34,7 @@ def test_a_module_like_its_model(call, dialogue):
     found = call("compare", dialogue())
     assert found.status == 0
     assert found.out.splitlines() == [
-        "gs-c200s: 3 exchanges, 0 differences; times may differ by 24.583 ms and 0.50%",
+        "gs-c200s: 3 exchanges, 0 differences; times may differ by 24.583 ms plus 0.50%",
         "answers of the module later by 0.0 to 0.0 ms, median 0.0 ms",
         "exchange 3, the model: E2: S0: speed 0, allowed 1..1000; the nearest is 1",
     ]

@@ -100,7 +100,7 @@ def test_an_unknown_example_is_reported_with_the_nearest(call):
     ran = call("examples", "hand_of")
     assert (ran.status, ran.err) == (
         2,
-        "slewline: no example 'hand_of'; slewline examples lists them; did you mean handoff?\n",
+        "slewline: no example 'hand_of'; `slewline examples` lists them; did you mean handoff?\n",
     )
 
 

@@ -269,7 +269,7 @@ def test_typed_words_stop_the_motor_and_let_it_continue(folder):
         where = driven.ready()
         driven.hears("slewline: type clear: continue after a halt; clear homing, clear homed: and energise it; stop:")
         driven.type("clear")
-        driven.hears("slewline: the drive is not halted, so clear has no effect")
+        driven.hears("slewline: the drive is not halted, so clearing it has no effect")
         driven.type("Halt")
         driven.hears("slewline: 'halt'; allowed: clear: continue after a halt")
         with ModuleHost(where) as host:
@@ -297,7 +297,7 @@ def test_sigusr2_is_clear(folder):
     with Slewline(*DRIVE, "--board", "twin", "--no-black-box", folder=folder) as driven:
         driven.ready()
         driven.signal(signal.SIGUSR2)
-        driven.hears("slewline: the drive is not halted, so clear has no effect")
+        driven.hears("slewline: the drive is not halted, so clearing it has no effect")
         assert driven.process.poll() is None
         assert "type clear" not in driven.text  # there is no terminal
         assert driven.end() == 0

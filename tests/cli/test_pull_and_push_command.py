@@ -21,7 +21,7 @@ def test_a_program_goes_in_and_comes_out_with_its_dialogues(call, write):
         "slewline: wrote weld.before.gs-c200s: 0 instructions, 0 locations",
         "slewline: verified: 4 instructions",
         "slewline: M: program to EEPROM ...",
-        "slewline: the module holds the program (verified) and has stored it",
+        "slewline: the module holds the program (verified) and has stored it in its EEPROM",
     ]
     saved = call("pull", url, "-o", "saved.gs-c200s", "--eeprom", "--no-checksum", "--baud", "9600")
     assert saved.status == 0

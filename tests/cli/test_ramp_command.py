@@ -25,7 +25,7 @@ def test_a_ramp_is_described_in_five_lines(call: Any) -> None:
         "rates         300 to 5978 steps/s",
         f"ramp          {readable(ramp.time_ps)}, {ramp.steps} steps",
         f"acceleration  {mean} steps/s² on average, initially {first}, maximum {greatest}",
-        f"reached       in moves of {ramp.reached_from} steps or more",
+        f"full rate     reached in moves of {ramp.reached_from} steps or more",
     ]
 
 
@@ -34,9 +34,12 @@ def test_a_ramp_is_described_in_five_lines(call: Any) -> None:
     (MC, {"rates": "0 to 3052 steps/s", "ramp": "20.64384 ms, 31.5 steps", "acceleration": "145519 steps/s²"}),
     (
         ("cy525", "F=9", "R=9", "S=1"),
-        {"ramp": "none: the rate is not above the first one (F 9, R 9)", "reached": "in moves of 1 step or more"},
+        {
+            "ramp": "none: the rate is not above the first one (F 9, R 9)",
+            "full rate": "reached in moves of 1 step or more",
+        },
     ),
-    (("cy525", "F=3", "R=127", "S=1", "Z=200"), {"reached": "by no move"}),
+    (("cy525", "F=3", "R=127", "S=1", "Z=200"), {"full rate": "reached in no move"}),
 ])  # fmt: skip
 def test_constant_values_are_one_number_and_missing_ones_are_reported(
     call: Any, arguments: tuple[str, ...], lines: dict[str, str]

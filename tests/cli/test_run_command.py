@@ -152,13 +152,13 @@ def test_the_time_out_is_sixty_seconds(call, write):
 def test_findings_are_a_problem_if_strict(call, write, options, status):
     ran = call("run", write("p.cy525", "R 200"), *options)
     assert ran.status == status
-    assert "! range: RATE rate 200: allowed 0..127" in ran.out
+    assert "! range: RATE 200: allowed 0..127" in ran.out
 
 
 def test_strict_and_quiet_still_report_the_findings(call, write):
     ran = call("run", write("p.cy525", "R 200"), "-q", "--strict")
     assert (ran.status, ran.out) == (1, "")
-    assert "cy525  range: RATE rate 200" in ran.err
+    assert "cy525  range: RATE 200" in ran.err
 
 
 @pytest.mark.parametrize(

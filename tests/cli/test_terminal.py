@@ -66,7 +66,7 @@ def test_a_part_that_answers_queries_only(talk):
     found = talk("R 300", "? R", url="slewline://cy545", part="cy545")
     assert re.sub(r"[0-9]+ ms", "1 ms", found.out).splitlines() == [
         "cy545> R 300",
-        "  ! range: RATE rate 300: allowed 0..255; only its low bits are used: 44",
+        "  ! range: RATE 300: allowed 0..255; only its low bits are used: 44",
         "cy545> ? R",
         "R=00044  (1 ms)",
     ]

@@ -468,7 +468,7 @@ def test_malformed_arguments_are_refused():
     ):
         with pytest.raises(UsageError, match=says):
             drive_of(bench, x, line, **options)
-    with pytest.raises(UsageError, match="clear has no effect"), drive_of(bench, x, line) as drive:
+    with pytest.raises(UsageError, match="clearing it has no effect"), drive_of(bench, x, line) as drive:
         drive.clear()
 
 

@@ -131,7 +131,7 @@ def test_an_open_emergency_stop_keeps_the_driver_off_whatever_the_host_sends(sto
     drive.run("50 ms")
     assert not is_on(line)
     estopped(line, 0)
-    with pytest.raises(UsageError, match="homed and homing"):
+    with pytest.raises(UsageError, match="'homed' and 'homing'"):
         drive.clear(homed=True, homing=True)
 
 

@@ -243,11 +243,11 @@ def test_a_zero_resolution_and_an_endless_unit_are_refused():
     [
         ("", "record name '': is empty; allowed 1 to 55 letters, digits and _ - + : ; < > [ ] { }, without a field"),
         ("lab:m1.VAL", "record name 'lab:m1.VAL': names the field 'VAL'; allowed 1 to 55 letters"),
-        ("lab:m1.VAL", "without a field; write lab:m1"),
+        ("lab:m1.VAL", "without a field name; write lab:m1"),
         ("lab:m1.", "ends in a dot; allowed 1 to 55 letters"),
         (".VAL", "'.' at character 1; "),
         ("lab m1", "' ' at character 4; allowed 1 to 55 letters"),
-        ("lab m1", "without a field; write lab_m1"),
+        ("lab m1", "without a field name; write lab_m1"),
         ("lab\tm1", "'\\t' at character 4"),
         ("lab:'m1'", "write lab:_m1_"),
         ("$(P)m1", "write _P_m1"),

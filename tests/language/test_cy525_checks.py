@@ -161,9 +161,9 @@ def test_an_unreached_rate_is_reported_once_with_the_lines_of_all_such_moves():
 
 def test_the_ramp_is_reported():
     (problem,) = problems(SET + "N 8218\nG")
-    left = "two ramps of 4039 steps leave 140 steps, all output at F 3 in 467 ms"
+    left = "its two ramps take 8078 of its 8218 steps; the remaining 140 are output at F 3, which takes 467 ms"
     assert problem.found == f"the move does not slew: {left}"
-    assert (problem.allowed, problem.severity) == ("8078 steps, or at least 8334", "warning")
+    assert (problem.allowed, problem.severity) == ("moves of 8078 steps, or of at least 8334", "warning")
 
 
 @pytest.mark.parametrize(("number", "severity"), [(8107, "note"), (8108, "warning")])

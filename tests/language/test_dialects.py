@@ -294,7 +294,7 @@ def test_notes_say_what_is_allowed():
     port = Port()
     for byte in b"R 200\r":
         port.decoder.feed(byte, True, False)
-    assert [note.text for note in port.decoder.notes] == ["RATE rate 200: allowed 0..127"]
+    assert [note.text for note in port.decoder.notes] == ["RATE 200: allowed 0..127"]
 
 
 @pytest.mark.parametrize(("stream", "first", "text"), [(b"R 7\r", True, "R 7"), (b"R\x01\x0d", False, "R 13")])

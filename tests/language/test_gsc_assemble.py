@@ -177,7 +177,7 @@ def test_a_message_has_place_limits_source_and_picture():
     with pytest.raises(ProgramError) as caught:
         assemble("Po\nS10\n  T1001 ; too fast\nE", C200S, "x.gs-c200s")
     assert str(caught.value).splitlines() == [
-        "x.gs-c200s, line 3, column 4: TOP_SPEED speed 1001: allowed 1..1000 (GS-C200S manual, command descriptions)",
+        "x.gs-c200s, line 3, column 4: TOP_SPEED 1001: allowed 1..1000 (GS-C200S manual, command descriptions)",
         "      T1001 ; too fast",
         "       ^^^^",
         "    the nearest is 1000",

@@ -60,7 +60,7 @@ def test_one_command():
         "# JUMP_ON: continue at a location if the user inputs match",
         "",
         "- line: `jc<inputs>,<target>`",
-        "- accepted: into the program",
+        "- accepted: during program entry (stored)",
         "- program memory: 2 locations, opcode 80 to 87",
         "- manual: command descriptions",
         "- `inputs`: 0..7",
@@ -92,10 +92,10 @@ def test_a_command_is_found_by_letter_name_or_line(part, command, names):
 @rows(
     ("part", "command", "line"),
     [
-        ("gs-c200", "F", "- accepted: idle, during program entry, while a program runs"),
+        ("gs-c200", "F", "- accepted: while idle, during program entry, while a program runs"),
         ("gs-c200", "F", "- program memory: not stored"),
-        ("gs-c200", "I", "- accepted: idle"),
-        ("gs-c200s", "I", "- accepted: idle, into the program"),
+        ("gs-c200", "I", "- accepted: while idle"),
+        ("gs-c200s", "I", "- accepted: while idle, during program entry (stored)"),
         ("gs-c200", "H", "- `direction`: +, -, optional"),
         ("gs-c200", "S", "- `speed`: 1..1000 (10 steps/s)"),
         ("gs-c200", "-1", "- `steps`: -999999..999999 without 0"),

@@ -20,7 +20,7 @@ def test_every_command_pin_wire_register_and_time_is_there(part):
     sheet, page = SHEETS[part], PAGES[part]
     for row in sheet.commands:
         (line,) = [line for line in page.splitlines() if line.startswith(f"| `{packet(row)}` | {row.name} |")]
-        assert f"| {row.description} |" in line and ("waits for an update" in line) == row.buffered
+        assert f"| {row.description} |" in line and ("takes effect at the next update" in line) == row.buffered
         assert ("needs an encoder" in line) == row.encoder
     for pin in sheet.pins:
         assert f"| {pin.number} | `{pin.name}` | {pin.in_out} | {pin.description} |" in page
@@ -59,7 +59,7 @@ def test_a_command_in_full():
         "- time at 25 MHz: 82 µs after the command and after each word\n"
         "- manual: command reference\n"
         "- `ratio`: -1073741824..1073741823 (2^-16 steps/count)\n"
-        "- waits for an update\n"
+        "- takes effect at the next update\n"
         "- needs an encoder; other parts accept it\n"
     )
     assert "- packet: `31 [status]`\n" in describe(SHEETS["mc1451a"], "GET_STATUS")

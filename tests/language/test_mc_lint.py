@@ -194,4 +194,4 @@ def test_a_mistake_is_shown_with_its_place_and_the_manual():
         "32 steps/cycle exceeds the pulse range: the axis will run at 16 steps/cycle "
         "(MC1451A manual, command reference)"
     )
-    assert problem.remedy == "SET_OUTPUT_HIGH allows 512"
+    assert problem.remedy == "SET_OUTPUT_HIGH allows 512 steps/cycle"

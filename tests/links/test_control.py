@@ -189,7 +189,7 @@ WRONG = [
     ("nonsense", "is not a JSON object"),
     ("[" * 60_000, "is not a JSON object"),  # deeper than Python goes
     ("[1]", "is not a JSON object"),
-    ('{"do": "dance"}', "do 'dance'; allowed drive, release"),
+    ('{"do": "dance"}', "do: 'dance'; allowed drive, release"),
     ('{"do": []}', "allowed drive, release"),
     ('{"do": "drive", "pin": "x.ui1"}', "level is missing"),
     ('{"do": "drive", "pin": "x.ui1", "level": 2}', "allowed 0, 1"),

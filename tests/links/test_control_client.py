@@ -80,7 +80,7 @@ def test_refusals_of_the_server():
         async with served() as (client, _):
             with pytest.raises(UsageError, match="no chip 'z'"):
                 await client.request("listing", chip="z")
-            with pytest.raises(UsageError, match="do 'foo'"):
+            with pytest.raises(UsageError, match="do: 'foo'"):
                 await client.request("foo")
 
     asyncio.run(main())

@@ -408,7 +408,7 @@ def test_a_bench_file_serves_a_bus(tmp_path):
     assert [(port.framing, port.prologix) for port in file.served(bench)] == [(False, True)]
     server = Server(bench, Lockstep(bench))
     ((name, where),) = open_bench_file(server, file)
-    assert (name, where.partition(":")[0]) == ("x (addresses 5)", "socket")
+    assert (name, where.partition(":")[0]) == ("x (address 5)", "socket")
     server.close()
     path.write_text(f"{rows}framing = true\n")
     file = BenchFile(path)

@@ -384,7 +384,7 @@ def test_a_person_converses_with_it(cy525):
     with closing(ModulePort(cy525.url, speech_of(sheet_of("cy525")).setting)) as port:
         module = Module(port, speech_of(sheet_of("cy525")), may_move=True)
         talk = Conversation(module, ShadowModel(ModelLine(DialogueHeader("cy525"), module.speech)))
-        assert talk.say("R 300").findings == ["range: RATE rate 300: allowed 0..127"]
+        assert talk.say("R 300").findings == ["range: RATE 300: allowed 0..127"]
         assert talk.say("R 7").lines == ()
         assert talk.say("?3").lines == ("?3 00 00 FF 07 03 01",)
         assert "rate: 7" in talk.say(":values").text.splitlines()

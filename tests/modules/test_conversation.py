@@ -92,7 +92,7 @@ def test_a_command_that_is_not_answered(talk):
     talk = talk("cy545")
     found = talk.say("R 300")
     assert (found.lines, found.answered_ms) == ((), None)
-    assert found.findings[0].startswith("range: RATE rate 300: allowed 0..255")
+    assert found.findings[0].startswith("range: RATE 300: allowed 0..255")
     assert talk.say("? R").lines == ("R=00044",)
 
 

@@ -127,7 +127,7 @@ def test_a_damaged_character_is_named_with_its_time(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("rate", "names", "given", "says"),
     [
-        (4_000, ("TX", "RX"), {}, r"recorded finely enough \(here every 250 µs\); name the correct signals"),
+        (4_000, ("TX", "RX"), {}, r"sampled often enough \(here every 250 µs\); name the correct signals"),
         (MHZ, ("TX", "QX"), {}, "no signal 'QX'"),
         (MHZ, ("TX", "RX"), {"baud": 19200}, "--baud|allowed"),
         (MHZ, ("TX", "RX"), {"baud": 1200}, "characters are damaged; allowed: the serial wires of a GS-C200S"),

@@ -206,7 +206,7 @@ def check_said(said, fake, part):
     at_end = said.splitlines()[-3:]
     if "its program is unchanged" in said:
         assert fake.ram == OLD[part], said
-    if any("the stored program is unchanged" in line for line in at_end):
+    if any("the program in its EEPROM is unchanged" in line for line in at_end):
         assert fake.eeprom == KEPT, said
     if found := re.search(r"it holds ([0-9]+) of [0-9]+ instructions; program entry is open", said):
         assert fake.entering and len(fake.ram) in (int(found[1]), int(found[1]) + 1), said

@@ -307,7 +307,7 @@ def test_a_listing_that_never_agrees_lets_nothing_be_stored(found, tmp_path, par
         Unfinished, match=r"instruction 2 is listed as T101, but was sent as T100; the program was not stored"
     ) as how:
         push(x, wanted(part), tmp_path / "weld", store=True)
-    assert "the stored program is unchanged" in str(how.value)
+    assert "the program in its EEPROM is unchanged" in str(how.value)
     assert b"M\r" not in x.transcript.sent
     assert kept(x) == b""
 

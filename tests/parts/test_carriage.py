@@ -189,7 +189,7 @@ def test_unsuitable_parts_are_refused_with_the_reason():
         ("switch", {"low": 1}, "needs a shaft; name its owner"),
         ("uart", {"on": motor}, "is not mounted on a shaft"),
         ("switch", {"on": gate, "low": 1}, r"gate has no shaft; parts with a shaft: motor"),
-        ("switch", {"on": motor}, "low must be below high, and only one of them None"),
+        ("switch", {"on": motor}, "low must be below high, and only one of them may be None"),
         ("switch", {"on": motor, "low": 2, "high": 2}, "low must be below high"),
         ("switch", {"on": motor, "low": "2"}, "low '2'; allowed a number"),
         ("carriage", {"on": motor, "low": 1}, "start 0 is beyond the stop at 1"),

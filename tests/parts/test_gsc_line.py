@@ -265,7 +265,7 @@ def test_a_format_without_parity_has_no_parity_fault():
 def test_a_bus_has_no_line():
     bench = slewline.Bench()
     x = bench.add("cy525", name="x")
-    with pytest.raises(slewline.UsageError, match="host: line; x has no serial line"):
+    with pytest.raises(slewline.UsageError, match="host: line=; x has no serial line"):
         bench.host(x, line=bench.part("rs232_line"))
 
 

@@ -460,7 +460,7 @@ def test_two_chipsets_share_a_data_bus():
         (lambda host: host.packet(0x100), slewline.UsageError, "256; allowed 0..255"),
         (lambda host: host.packet(0x10, 0x10000), slewline.UsageError, "65536; allowed 0..65535"),
         (lambda host: host.write_word(-1), slewline.UsageError, "-1; allowed 0..65535"),
-        (lambda host: host.write_byte(0, low=0), slewline.UsageError, "low 0, gap 80000; allowed more than 0"),
+        (lambda host: host.write_byte(0, low=0), slewline.UsageError, "low=0, gap=80000; allowed more than 0"),
         (lambda host: host.to("y"), UnknownName, "host has no chip 'y'; it serves x"),
     ],
 )

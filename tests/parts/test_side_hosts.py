@@ -306,7 +306,7 @@ def test_one_host_a_side_and_one_side_a_host():
 @rows(
     ("how", "text"),
     [
-        ({"baud": 9600}, "has no serial line here; over='serial' is one"),
+        ({"baud": 9600}, "has no serial line here; over='serial' selects one"),
         ({"over": "bus"}, "these channels: parallel, serial"),
         ({"over": "serial", "delay": "1 us"}, "let the host's program pause"),
         ({"over": "serial", "baud": 0}, "baud"),

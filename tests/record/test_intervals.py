@@ -82,7 +82,7 @@ def test_an_invalid_edge_is_refused(text):
 
 
 def test_a_bus_does_not_fall():
-    with pytest.raises(UsageError, match="is a bus; allowed changes, appears, vanishes"):
+    with pytest.raises(UsageError, match="is a bus; allowed 'changes', 'appears', 'vanishes'"):
         Edge.read("x.db falls").find(signal((1, 0), bus=True), 0, include=True)
 
 
@@ -153,7 +153,7 @@ def test_a_table_of_limits():
     assert table.violated == (row,)
     assert [each.kept for each in table] == [False, None, None]
     assert str(table).splitlines() == [
-        "       time   printed     seen  shortest  longest",
+        "       time   data sheet  seen  shortest  longest",
         "x t14  a low  min. 50 ns     3     48 ns    50 ns  VIOLATED 2 times, first at 1 µs, by the host",
         "not seen: x t14 a low",
         "a not recorded: x t14 a low",

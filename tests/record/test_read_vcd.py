@@ -683,7 +683,7 @@ def test_steps_begin_with_known_levels(parse):
     assert known.steps("p", "d", idle=0).directions.tolist() == [1, -1, 1]  # an edge of both at once: the new direction
     with pytest.raises(UsageError, match="idle=2: allowed 0, 1 or None"):
         found.steps("p", idle=2)
-    with pytest.raises(UsageError, match="edge='up', forward=1: allowed edge falling or rising"):
+    with pytest.raises(UsageError, match="edge='up', forward=1: allowed: edge 'falling', 'rising'"):
         found.steps("p", edge="up")
     with pytest.raises(UsageError, match="db has 8 bits; name one of them"):
         parse(SMALL).steps("db")

@@ -308,7 +308,7 @@ def test_errors_are_clear_and_leave_what_was_there(rig, tmp_path):
     cases = [
         (dict(timescale="2 ns"), UsageError, r"timescale '2 ns': allowed 1 ps, 10 ps, 100 ps, 1 ns, "),
         (dict(nets={}), UsageError, "no nets to write"),
-        (dict(buses="bytes"), UsageError, "buses 'bytes': allowed bits, whole, both"),
+        (dict(buses="bytes"), UsageError, "buses 'bytes': allowed 'bits', 'whole', 'both'"),
         (
             dict(nets={"x.slew": pin, "x.db": rig.nets["x.db"], "x.db3": pin}, buses="both"),
             UsageError,

@@ -236,9 +236,9 @@ def test_the_command_line_takes_a_plug_in_wherever_it_takes_a_chip(lab, call):
     assert call("describe", NAME, "V")[1].startswith("# SPEED: steps/s\n")
     written("far.txt", "V500\nN0\n")
     status, out, _ = call("lint", "far.txt", "--chip", NAME)
-    assert status == 1 and "far.txt, line 2, column 2: error: NUMBER steps 0: allowed 1..999999" in out
+    assert status == 1 and "far.txt, line 2, column 2: error: NUMBER 0: allowed 1..999999" in out
     written("long.txt", f"V{'0' * 300}\n")  # its sheet sets no limit
-    assert "error: SPEED speed 0: allowed 1..20000" in call("lint", "long.txt", "--chip", NAME)[1]
+    assert "error: SPEED 0: allowed 1..20000" in call("lint", "long.txt", "--chip", NAME)[1]
 
 
 def test_names_of_a_class_in_addition_to_its_sheet_are_used(lab, call):

@@ -161,14 +161,18 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'x.steps("60 ms", "10 ms")',
         "TimeError",
-        "from 60 ms to 10 ms: the window ends before it begins; give start, then stop",
+        "from 60 ms to 10 ms: the window ends before it begins; give an earlier start, or a later end",
     ),
     (
         'x.motions("60 ms", "10 ms")',
         "TimeError",
-        "from 60 ms to 10 ms: the window ends before it begins; give start, then stop",
+        "from 60 ms to 10 ms: the window ends before it begins; give an earlier start, or a later end",
     ),
-    ('x.marks("2 s", "1 s")', "TimeError", "from 2 s to 1 s: the window ends before it begins; give start, then stop"),
+    (
+        'x.marks("2 s", "1 s")',
+        "TimeError",
+        "from 2 s to 1 s: the window ends before it begins; give an earlier start, or a later end",
+    ),
     (
         "x.steps(0.5)",
         "TimeError",
@@ -190,7 +194,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         "x.at_instruction(-1)",
         "UsageError",
-        "x: instruction at -1; allowed 0..59, the addresses of a program, or none for any instruction",
+        "x: instruction at -1; allowed 0..59, the addresses of a program, or None for any instruction",
     ),
     ('x.power("off")', "UsageError", "x: power('off'); allowed True, False"),
     (
@@ -266,7 +270,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'b.part("switch")',
         "UsageError",
-        "switch: this switch needs a shaft; name its owner: on=motor, on='name of the motor'",
+        "switch: this switch needs a shaft; name its owner: on=motor or on='name of the motor'",
     ),
     ('b.part("inverter", on=x)', "UsageError", "inverter: this inverter is not mounted on a shaft; leave out on="),
     ('b.part("uart", speed=9600)', "UsageError", "uart: no option 'speed'; its options: baud, bits, parity, stop"),
@@ -278,12 +282,12 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'b.part("eeprom", to=x, image="x.bin")',
         "UsageError",
-        "the content itself; pass slewline.read_image('x.bin'), or use the key file in a bench file",
+        "the content itself; pass slewline.read_image('x.bin'), or use the key 'file' in a bench file",
     ),
     (
         'b.part("prom", to=x, image="prog.hex")',
         "UsageError",
-        "content itself; pass slewline.read_image('prog.hex'), or use the key file in a bench file",
+        "content itself; pass slewline.read_image('prog.hex'), or use the key 'file' in a bench file",
     ),
     (
         'b.part("eeprom", size=1000)',
@@ -377,7 +381,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'b.edges("x.slew", "2 s", "1 s")',
         "TimeError",
-        "from 2 s to 1 s: the window ends before it begins; give start, then stop",
+        "from 2 s to 1 s: the window ends before it begins; give an earlier start, or a later end",
     ),
     ('b.quantity("x.speed")', "UnknownName", "no quantity 'x.speed'; there are: x.velocity, x.position"),
     ("b.figure(ax=3)", "UsageError", "ax: np.int64(3); expected matplotlib axes, such as those of plt.subplots()"),

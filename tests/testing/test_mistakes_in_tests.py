@@ -49,7 +49,7 @@ MISTAKES = [  # arguments, what the test does or the marker says, the end of the
     ("gs_c200s", "gs_c200s.faults.drop_byte()", "faults has no 'drop_byte'; write faults.lost_byte()"),
     ("slewline_ports", "slewline_ports({'COM3': 'gs-c200s'})['COM4']", "no port 'COM4'; there are: COM3"),
     ("slewline_ports", "slewline_ports(['COM3'])", 'expected modules, keyed by port, such as {"COM3": "gs-c200s"}'),
-    ("slewline_ports", "slewline_ports({'COM3': 'cy525'})", "allowed only parts with a serial line, with on='url'"),
+    ("slewline_ports", "slewline_ports({'COM3': 'cy525'})", "only parts with a serial line, and only with on='url'"),
 ]
 FIXED = [  # what a marker says, the end of the answer: the fixture itself fails
     ('on="usb"', "on='usb'; allowed url, host, tcp, pty, rfc2217"),

@@ -65,7 +65,7 @@ REPORT = [
     ">*gs_c200s.assert_steps(200)",
     "E*AssertionError: 1 step found, expected 200",
     "*- slewline: gs-c200s on url -*",
-    "gs-c200s at slewline://gs-c200s[?]name=gs_c200s_*, seed 7, 1.0*, position 1",
+    "gs-c200s at slewline://gs-c200s[?]name=gs_c200s_*, seed 7, time 1.0*, position 1",
     "gs_c200s: *enable*",
     "faults and findings:",
     "70 ms  faults  fault: ENABLE held low: enable=0 (seed 7)",

@@ -138,7 +138,7 @@ def test_time_sleeps_for_all_of_them(slewline_ports):
 
 @pytest.mark.parametrize(("part", "face"), [("cy525", "host"), ("gs-c200s", "tcp"), ("mc1451a", "host")])
 def test_a_module_without_a_line_in_this_process_is_refused(slewline_ports, slewline_module, part, face):
-    says = rf"^COM3: {part} on {face}; allowed only parts with a serial line, with on='url'$"
+    says = rf"^COM3: {part} on {face}; allowed only parts with a serial line, and only with on='url'$"
     with pytest.raises(UsageError, match=says):
         slewline_ports({"COM3": slewline_module(part, on=face)})
 

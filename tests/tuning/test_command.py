@@ -89,10 +89,13 @@ def test_jobs_are_processes_and_a_map_takes_all_processors(monkeypatch: pytest.M
     (("--grid", "F="), "cy525: F '': no values; allowed a range such as 3..10"),
     (
         ("--grid", "F=0..127 R=0..127 S=1..255"),
-        "4177920 points; allowed up to 1000000; use fewer values, such as 12 of a range: /12",
+        "4177920 points; allowed up to 1000000; use fewer values: /12 after a range takes 12 of its values",
     ),
     (("--perturb", "lod 20%"), "perturbation 'lod'; known: load, inertia"),
-    (("--stepping", "quarter"), "steps 'quarter'; allowed full, wave, half, and micro with a number, such as micro 8"),
+    (
+        ("--stepping", "quarter"),
+        "steps 'quarter'; allowed 'full', 'wave', 'half', and 'micro' with a number, such as 'micro 8'",
+    ),
     (("--steps", "0"), "cy525: a move of 0 steps; allowed 1 or more"),
     (
         ("--steps", "70000"),
@@ -128,7 +131,8 @@ def test_parameters_outside_the_grid_are_refused(call: Any) -> None:
 def test_a_bench_file_of_the_user_is_not_replaced(call: Any) -> None:
     Path("own.toml").write_text('[[chip]]\npart = "cy525"\n')
     status, _, err = call("cy525", *QUICK, "--bench", "own.toml")
-    assert status == 2 and "--bench own.toml: this file exists, and was not written by tune; name a new file" in err
+    assert status == 2
+    assert "--bench own.toml: this file exists, and was not written by `slewline tune`; name a new file" in err
     assert Path("own.toml").read_text() == '[[chip]]\npart = "cy525"\n'
     for _ in range(2):  # its own is
         assert call("cy525", *QUICK, "--bench", "new.toml")[0] == 0

@@ -203,7 +203,8 @@ class Circuit:
         """Return {"on": shaft}, the constructor argument for a new part on the shaft of `on`; {} if `on` is None."""
         if on is None:
             if sits == "must":
-                raise UsageError(f"{name}: this {kind} needs a shaft; name its owner: on=motor, on='name of the motor'")
+                owner = "on=motor or on='name of the motor'"
+                raise UsageError(f"{name}: this {kind} needs a shaft; name its owner: {owner}")
             return {}
         if not sits:
             raise UsageError(f"{name}: this {kind} is not mounted on a shaft; leave out on=")

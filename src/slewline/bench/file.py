@@ -127,7 +127,7 @@ class BenchFile:
             raise BenchFileError("load: this is the text of a bench file; give the name of a file")
         if self.path.suffix[1:].lower() in CHIPS.ours:
             raise BenchFileError(
-                f"{path}: a program, judging by its extension, not a bench file; run it with slewline run, or on a "
+                f"{path}: a program, judging by its extension, not a bench file; run it with `slewline run`, or on a "
                 f'bench with a host: [[host]], file = "{self.path.name}"'
             )
         self.text = read_text(path) if text is None else text
@@ -292,7 +292,7 @@ class BenchFile:
         for number, part in enumerate(self.tables.part):
             with self.at("part", number):
                 if "kind" not in part:
-                    raise SlewlineError('needs the key kind, such as kind = "inverter"')
+                    raise SlewlineError("needs the key 'kind', such as kind = \"inverter\"")
                 for key in ("kind", "name", "to", "on"):
                     if not isinstance(part.get(key, ""), str):
                         raise SlewlineError(f"{key}: found {part[key]!r}; allowed text")

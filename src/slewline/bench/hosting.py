@@ -131,7 +131,7 @@ def host(
         if picoseconds(delay):
             raise UsageError(f"host: delay {delay!r} does not apply to a serial line; let the host's program pause")
     elif baud is not None or line is not None:
-        wrong = f"baud {baud!r}" if baud is not None else "line"
+        wrong = f"baud {baud!r}" if baud is not None else "line="
         raise UsageError(f"host: {wrong}; {chips[0].name} has no serial line{_else_over(chips[0])}")
     return row_for(channel, HOSTS, "makes a host for")(
         HostRequest(circuit, chips, channel, name, delay, baud, line, over)
@@ -314,4 +314,4 @@ def channel_over(chip: Chip, over: str | None) -> Channel:
 def _else_over(chip: Chip) -> str:
     """Return a hint that names the serial line of a chip, to be selected with `over`; "" if there is none."""
     others = [channel.name for channel in chip.sheet.channels if isinstance(channel, SerialLine | AdaptiveLine)]
-    return f" here; over={others[0]!r} is one" if others else ""
+    return f" here; over={others[0]!r} selects one" if others else ""

@@ -89,7 +89,8 @@ def _check(part: Part, own: Terminal, theirs: Terminal) -> None:
 
 def _wanted(role: str, axis: int) -> str:
     """Return a description, for a message, of the pin that a part requires."""
-    return f"a pin that {ROLES[role]}{f' (axis {axis})' if role in AXIS_ROLES and axis != 1 else ''}"
+    purpose = ROLES[role].partition(";")[0]
+    return f"a pin that {purpose}{f' (axis {axis})' if role in AXIS_ROLES and axis != 1 else ''}"
 
 
 def _called(neighbour: Chip | Part) -> str:

@@ -33,7 +33,7 @@ def find(everything: Mapping[str, Path], name: str) -> dict[str, Path]:
         leaning = {path.parent for path in found if path.suffix in LEAN}
         return {place: path for place, path in everything.items() if path in found or path.parent in leaning}
     near = hint(name, [word for place, path in everything.items() for word in (*path_words(place), path.stem)])
-    raise UsageError(f"no example {name!r}; slewline examples lists them{near}")
+    raise UsageError(f"no example {name!r}; `slewline examples` lists them{near}")
 
 
 def path_words(place: str) -> tuple[str, ...]:

@@ -124,7 +124,7 @@ def chip_of(path: str, chip: str | None, fits: Callable[[Sheet], object] | None 
         raise UsageError(f"{path}: is not a program but {NO_PROGRAMS[part]}")
     if is_bench(path):
         raise UsageError(
-            f"{path}: is a bench file, judging by its extension; slewline run, lint, serve, panel and debug read "
+            f"{path}: is a bench file, judging by its extension; the commands run, lint, serve, panel and debug read "
             "bench files"
         )
     if fits is not None:

@@ -183,7 +183,8 @@ def summary(calculator: Calculator, ramp: Ramp) -> Iterator[str]:
         yield f"ramp          {readable(ramp.time_ps)}, {number(ramp.steps)} step{'' if ramp.steps == 1 else 's'}"
         yield f"acceleration  {accelerations(ramp)}"
     reached = ramp.reached_from
-    yield "reached       " + ("by no move" if reached is None else f"in moves of {counted(reached, 'step')} or more")
+    moves = "no move" if reached is None else f"moves of {counted(reached, 'step')} or more"
+    yield f"full rate     reached in {moves}"
 
 
 def accelerations(ramp: Ramp) -> str:

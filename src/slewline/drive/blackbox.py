@@ -247,6 +247,6 @@ def _exchanged(path: Path, number: int, line: bytes) -> tuple[int, int, str, byt
     except (ValueError, KeyError, TypeError):
         pass
     raise UsageError(
-        f"{path}, line {number}: found {line[:80]!r}; allowed ns and tick (whole numbers), way (> or <) and "
-        "data (hexadecimal digits); remove the line"
+        f"{path}, line {number}: found {line[:80]!r}; allowed 'ns' and 'tick' (whole numbers), 'way' (> or <) "
+        "and 'data' (hexadecimal digits); remove the line"
     )

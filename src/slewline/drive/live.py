@@ -182,7 +182,7 @@ class Live:
         """
         state, feeder, stopping = self.state, self.feeder, self.watch.stopping
         if state.phase == "ok":
-            raise UsageError("the drive is not halted, so clear has no effect")
+            raise UsageError("the drive is not halted, so clearing it has no effect")
         if state.axis.moving:
             raise UsageError(f"{state.chip.name} is in motion; wait until it is at rest, then clear the drive")
         stopping.turn()

@@ -395,5 +395,5 @@ class Drive:
         """
         self._check_open()
         if homed and homing:
-            raise UsageError("clear: homed and homing; give only one of them")
+            raise UsageError("clear: 'homed' and 'homing' are both given; give only one of them")
         self._live.clear(homed, homing)

@@ -36,7 +36,7 @@ class Effects:
         """Raise UsageError, with the field's name, while a motion is requested or in progress."""
         if not self.motions.idle:
             raise UsageError(
-                f"{name}: a motion is in progress, or waits for SPMG; allowed only at rest; put 1 to STOP first"
+                f"{name}: a motion is in progress, or waits for SPMG; allowed only at rest; write 1 to STOP first"
             )
 
     # ---------------------------------------------------------------------------------------------------- positions
@@ -222,7 +222,7 @@ class Effects:
         """Home the motor in the direction of the field, HOMF or HOMR; return at completion."""
         state, motor = self.owner.state, self.owner.motor
         if value != 1:
-            raise UsageError(f"{name} {value}; allowed only 1; to stop a homing run, put 1 to STOP")
+            raise UsageError(f"{name} {value}; allowed only 1; to stop a homing run, write 1 to STOP")
         self._no_setting(name)
         if motor.homing is None:
             motor.home(1)  # the message states why it cannot
@@ -256,7 +256,7 @@ class Effects:
 
     def _no_setting(self, name: str) -> None:
         if self.owner.state.setting:
-            raise UsageError(f"{name}: the field SET is Set, so the motor may not move; change SET to Use first")
+            raise UsageError(f"{name}: the field SET is 'Set', so the motor may not move; change it to 'Use' first")
 
     async def update(self, name: str, value: int) -> None:
         """Query the module's position, while the motor is at rest."""

@@ -60,7 +60,7 @@ def check_name(name: str) -> None:
         return
     raise UsageError(
         f"record name {name[:70]!r}: {found}; allowed 1 to {LONGEST_NAME} letters, digits and _ - + : ; < > [ ] {{ }}, "
-        f"without a field; {remedy}"
+        f"without a field name; {remedy}"
     )
 
 

@@ -154,7 +154,7 @@ def step_ratio(arg: Arg, counts: int, steps: int) -> int:
         shown = f"{float(exact):.6g}"
         raise UsageError(
             f"{counts} counts for {steps} steps: {1 << arg.fraction} * counts / steps is {shown}; allowed whole "
-            "numbers only, because with any other the position drifts"
+            "numbers only, because otherwise the position drifts"
         )
     return _within_range(arg, Fraction(counts, steps), f"{counts}/{steps}")
 

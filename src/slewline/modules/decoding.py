@@ -87,7 +87,7 @@ def decode_dialogue(
         found = f"{len(damaged)} of {total} characters are damaged" if total else "there are no characters"
         raise UsageError(
             f"{waves.path}: {host} and {module} at {tried}, {speech.word}: {found}; allowed: the serial "
-            f"wires of a {sheet.part.upper()}, recorded finely enough (here every {readable(waves.sampling_ps)}); name "
+            f"wires of a {sheet.part.upper()}, sampled often enough (here every {readable(waves.sampling_ps)}); name "
             "the correct signals and rate"
         )
     header = DialogueHeader(sheet.part, baud=rate, checksum=checksum, address=address)

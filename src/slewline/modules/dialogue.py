@@ -247,8 +247,8 @@ class RecordedDialogue:
             except (ValueError, KeyError, TypeError) as error:
                 raise UsageError(
                     f"dialogue {path}, line {number}: {line[:80]!r} is not an entry ({error}); allowed: an "
-                    "object with at_us, last_us, from (host, module or tool) and text; remove the line, or use the "
-                    "original recording"
+                    "object with 'at_us', 'last_us', 'from' (host, module or tool) and 'text'; remove the line, or use "
+                    "the original recording"
                 ) from None
         return cls(header, tuple(said))
 

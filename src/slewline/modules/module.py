@@ -254,7 +254,7 @@ class Module:
                 )
             if waited > REPORT_S:
                 self.report_once(
-                    f"{what} has not ended; received so far: {len(received)} characters, the last {received[-40:]!r}"
+                    f"{what} has not ended; received so far: {len(received)} characters, ending in {received[-40:]!r}"
                 )
 
     def report_once(self, text: str) -> None:

@@ -282,7 +282,7 @@ class Controller(Closing):
     def _lines(self) -> Iterable[str]:
         self.bench.conclude()
         at = self.rig.url or f"a host over {self.rig.channel.description}"
-        yield f"{self.chip.sheet.part} at {at}, seed {self.seed}, {readable(self.now)}, position {self.position}"
+        yield f"{self.chip.sheet.part} at {at}, seed {self.seed}, time {readable(self.now)}, position {self.position}"
         yield self.chip.waiting
         if self._idle():
             self.bench.conclude()

@@ -68,7 +68,7 @@ def check_modules(modules: Mapping[str, Controller]) -> None:
     """
     for name, module in modules.items():
         if not module.rig.url.startswith(f"{SCHEME}://"):
-            raise UsageError(f"{name}: {module.label}; allowed only parts with a serial line, with on='url'")
+            raise UsageError(f"{name}: {module.label}; allowed only parts with a serial line, and only with on='url'")
 
 
 def check_adapters(modules: Mapping[str, Controller], usb: Mapping[str, Usb]) -> None:

@@ -116,7 +116,7 @@ def read_grid(
     if grid.size > MOST:
         raise UsageError(
             f"{part}: {_sizes(grid)} = {grid.size} points; allowed up to {MOST}; "
-            "use fewer values, such as 12 of a range: /12"
+            "use fewer values: /12 after a range takes 12 of its values"
         )
     return grid
 

@@ -21,7 +21,7 @@ def test_facts_and_tests_agree() -> None:
     left_open = {fact for fact, row in facts.items() if "open" in row}
     for wrong, why in (
         (proven - set(facts), "a test names it, but no row has it"),
-        (set(facts) - proven - left_open, "no test proves it, and its row has no open = ..."),
+        (set(facts) - proven - left_open, 'no test proves it, and its row does not state why (open = "...")'),
         (proven & left_open, "open, but a test proves it"),
     ):
         assert not wrong, f"{', '.join(sorted(wrong))}: {why}"

@@ -296,7 +296,7 @@ def test_in_a_slewing_motion_a_request_changes_the_rate_at_any_level_of_the_live
     assert len(p.falls("instrobe")) == 1
     assert p.edges("programmable_output") == []  # no live command was taken
     assert p.h.x.pin("ready").level == 0
-    assert p.waiting == "G runs until abort=0"
+    assert p.waiting == "G in motion (until abort=0)"
 
 
 @pytest.mark.fact("UND-LIVE-QEX")

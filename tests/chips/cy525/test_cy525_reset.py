@@ -157,15 +157,15 @@ STATES = {
     "inhibited": (
         "G held by step_inhibit=1", FIVE, lambda h: (h.put(h.now, "step_inhibit", 1), last(h, "G\r", 9000)),
     ),
-    "stepping": ("G in motion, 5 steps", FIVE, moving),
-    "to a position": ("P 5 in motion, 5 steps", KNOWN, lambda h: moving(h, "P 5\r")),
-    "ramping": ("G in motion, 800 steps", {**KNOWN, "number": 800, "rate": 60}, lambda h: moving(h, clocks=12 * STEP)),
+    "stepping": ("G in motion (5 steps)", FIVE, moving),
+    "to a position": ("P 5 in motion (5 steps)", KNOWN, lambda h: moving(h, "P 5\r")),
+    "ramping": ("G in motion (800 steps)", {**KNOWN, "number": 800, "rate": 60}, lambda h: moving(h, clocks=12 * STEP)),
     "held in a step": ("G held by step_inhibit=1", FIVE, held),
     "a held step ends": ("G held by step_inhibit=1", FIVE, lambda h: held(h, released=True)),
     "READY is due": ("waiting for READY after G", FIVE, lambda h: moving(h, clocks=5 * STEP + 20)),
-    "endless": ("G runs until abort=0", ENDLESS, lambda h: moving(h, "H\rG\r", 30 * STEP)),
+    "endless": ("G in motion (until abort=0)", ENDLESS, lambda h: moving(h, "H\rG\r", 30 * STEP)),
     "endless, ABORT low from the start": (
-        "G runs until RESET, because abort was low at the start", ENDLESS,
+        "G in motion (until RESET, because abort was low at the start)", ENDLESS,
         lambda h: (h.put(h.now, "abort", 0), moving(h, "H\rG\r", 30 * STEP)),
     ),
     "aborted": (
@@ -187,7 +187,7 @@ STATES = {
         "P at byte 1 in progress", {**KNOWN, "position": 9},
         lambda h: (program(h, "B", "P 0", "X"), h.until(ready=0)),
     ),
-    "G in a program": ("G in motion, 5 steps", FIVE, lambda h: (program(h, "G", "X"), step_in(h))),
+    "G in a program": ("G in motion (5 steps)", FIVE, lambda h: (program(h, "G", "X"), step_in(h))),
     "READY is due in a program": (
         "waiting for READY after G", FIVE, lambda h: (program(h, "G", "X"), step_in(h, 5 * STEP + 20)),
     ),

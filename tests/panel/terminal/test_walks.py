@@ -124,7 +124,7 @@ def test_a_chip_alone_takes_commands_and_findings_are_shown():
         await walk.say("R 200")
         await walk.say(":time +20 ms")
         assert walk.session.chips["cy525"]["registers"]["number"] == 40
-        assert "range: RATE rate 200" in walk.screen
+        assert "range: RATE 200" in walk.screen
         assert "1 finding" in walk.screen
         await walk.pilot.press("slash", "up")
         assert walk.app.query_one("#command").value == ":time +20 ms"
@@ -143,13 +143,13 @@ def test_a_chip_alone_takes_commands_and_findings_are_shown():
         (":break 50", "no instruction begins at 50 now"),
         (":break 6a", "break '6a'; expected ADDRESS, pin PIN [EDGE], register NAME"),
         (":break", "break: expected ADDRESS, pin PIN [EDGE], register NAME"),
-        (":power maybe", "power 'maybe'; expected on or off"),
-        (":edge slew fals", "edge 'slew fals'; expected a pin, and optionally rises, falls or any"),
+        (":power maybe", "power 'maybe'; expected 'on' or 'off'"),
+        (":edge slew fals", "edge 'slew fals'; expected a pin, and optionally 'rises', 'falls' or 'any'"),
         (":drive wait", "drive 'wait'; expected a pin and a level, such as :drive wait 0"),
         (":act table", "act 'table'; expected a part and a verb"),
         (":edge ascii_binary", "not reached within 3600 s of virtual time; no command or program is in progress"),
         (":edge ascii_binary", "; :time 0.015 goes back"),
-        (":break pin slew low", "break: edge 'low'; allowed rises, falls, any"),
+        (":break pin slew low", "break: edge 'low'; allowed 'rises', 'falls', 'any'"),
         (":drive wait low", "drive: level 'low'; allowed 0 and 1"),
         ("break 6", "break 6: is not a command of cy525; a verb of the debugger begins with a colon"),
         ("quit", "quit: is not a command of cy525; q leaves the debugger"),

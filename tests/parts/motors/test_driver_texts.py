@@ -197,7 +197,7 @@ NUMBER = "a number ({0}), or text with a unit: {0}, m{0}"
         ("chopper", f"d: needs supply: {NUMBER.format('V')}"),
         ("bilevel 24 V 2 ms", f"d: needs supply: {NUMBER.format('V')}"),
         ("bilevel 24 V 0 ms, 5 V", "d: high_time '0 ms'; allowed more than 0 s"),
-        ("bilevel 5 V 2 ms, 5 V", "d: high 5 V; must be more than the supply (5 V)"),
+        ("bilevel 5 V 2 ms, 5 V", "d: 'high' 5 V; must be more than the supply (5 V)"),
         ("L/R 5 V, 1 A", "d: current '1 A'; not for kind 'voltage', only for: current, averaged, chopper"),
         ("L/R 5 V, boost", "d: boost True; not for kind 'voltage', only for: current, averaged, chopper"),
         ("L/R 5 V, rest 1 A", "d: rest '1 A'; not for kind 'voltage', only for: current, averaged, chopper"),
@@ -249,7 +249,7 @@ def test_a_driver_like_one_that_there_is_not(like):
     with pytest.raises(UnknownName) as error:
         read_driver({"like": like, "supply": 24}, "d", A)
     meant = "; did you mean GS-D200?" if like == "gs-d200" else ""
-    assert str(error.value) == f"d: like {like!r}; known: {', '.join(DRIVERS)}{meant}"
+    assert str(error.value) == f"d: 'like' is {like!r}; known: {', '.join(DRIVERS)}{meant}"
 
 
 def test_a_driver_is_an_option_of_a_part():

@@ -52,7 +52,7 @@ def test_commands_a_full_step_and_an_electrical_turn(steps: str, micro: int, cyc
 
 @rows("steps", ["", "quarter", "micro", "micro 0", "micro 08", "micro 10000", "Full", "full "])
 def test_other_steps_are_refused(steps: str) -> None:
-    with pytest.raises(UsageError, match=r"allowed full, wave, half, and micro with a number"):
+    with pytest.raises(UsageError, match=r"allowed 'full', 'wave', 'half', and 'micro' with a number"):
         MotorLaw(A, HELD, steps=steps)
 
 
@@ -71,9 +71,9 @@ def test_grid_is_finer_with_a_chopper_unless_it_is_given() -> None:
             HELD,
             LoadData(),
             "full",
-            r"VR: reluctance windings with a driver of kind current; allowed kind voltage",
+            r"VR: reluctance windings with a driver of kind 'current'; allowed: kind 'voltage'",
         ),
-        (RELUCTANCE, VOLTS, LoadData(), "micro 4", r"VR: steps 'micro 4' of a reluctance motor; allowed full"),
+        (RELUCTANCE, VOLTS, LoadData(), "micro 4", r"VR: steps 'micro 4' of a reluctance motor; allowed 'full'"),
         (replace(RELUCTANCE, phases=5), VOLTS, LoadData(), "full", r"VR: 5 phases of a reluctance motor; allowed 3, 4"),
         (A, HELD, LoadData(stiffness=10.0), "full", r"inertia 0.0 on a coupling; allowed more than 0"),
     ],

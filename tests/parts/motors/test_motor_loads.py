@@ -113,7 +113,7 @@ def test_the_rows_of_a_table_begin_with_the_figures_of_a_load():
         ("friction 1, friction 1", "l 'friction 1, friction 1': friction is given twice; leave one out"),
         ({"friction": -1e-3}, f"l: friction -0.001; allowed 0 or more {expected('N m', 'N m')}"),
         ("low a", "l: low 'a'; allowed a number (full steps), None"),
-        ("low 5, high 5", "l: low 5; must be less than high (5 full steps)"),
+        ("low 5, high 5", "l: 'low' 5; must be less than 'high' (5 full steps)"),
         ("friction 5 mNm, stiction 4 mNm", "l: stiction 0.004 N m; must be at least the friction (0.005 N m)"),
         ("efficiency 0", "l: efficiency 0.0; allowed more than 0, up to 1"),
         ("efficiency 1.2", "l: efficiency 1.2; allowed more than 0, up to 1"),

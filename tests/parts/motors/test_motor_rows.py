@@ -67,7 +67,7 @@ def test_every_row_is_a_motor_that_can_be(name):
 def test_the_rows_of_a_table_are_the_figures_of_a_motor_with_the_same_defaults():
     assert [row.name for row in FIGURES] == [*MotorData.__slots__]
     own = {row.name: row.default for row in FIGURES if not row.required}
-    plain = MotorData(name="own", source="own figures", current=1, resistance=1, inductance=1, inertia=1)
+    plain = MotorData(name="own motor", source="own figures", current=1, resistance=1, inductance=1, inertia=1)
     assert own == {name: getattr(plain, name) for name in own}
     for row in FIGURES:
         assert row.required or row.checked("m", row.default) == row.default
@@ -83,7 +83,7 @@ def test_a_motor_by_its_name():
 def test_a_motor_by_its_figures():
     motor = read_motor(SMALL)
     row = MOTORS["QSH4218-51-10-049"]
-    assert (motor.name, motor.source, motor.detent, motor.iron) == ("own", "own figures", 0.0, None)
+    assert (motor.name, motor.source, motor.detent, motor.iron) == ("own motor", "own figures", 0.0, None)
     for name in SMALL:
         assert getattr(motor, name) == getattr(row, name)
 
@@ -107,8 +107,8 @@ def test_a_reluctance_motor_has_a_swing_and_its_phases_produce_its_steps():
     ("value", "says"),
     [
         (5, f"m 5; expected {ALLOWED}"),
-        ({"like": 5}, "m: like 5; expected the name of a motor, such as QSH4218-35-10-027"),
-        ({}, f"m: needs {NEEDS}; write, for example, '{EXAMPLE}', or add like and the name of a motor"),
+        ({"like": 5}, "m: 'like' is 5; expected the name of a motor, such as QSH4218-35-10-027"),
+        ({}, f"m: needs {NEEDS}; write, for example, '{EXAMPLE}', or add 'like' and the name of a motor"),
         (SMALL | {"current": 0}, "m: current 0; allowed more than 0 A"),
         (SMALL | {"current": "-1 A"}, "m: current '-1 A'; allowed more than 0 A"),
         (SMALL | {"resistance": 0}, "m: resistance 0; allowed more than 0 ohm"),
@@ -141,7 +141,7 @@ def test_a_reluctance_motor_has_a_swing_and_its_phases_produce_its_steps():
         (
             VR,
             "m: needs swing (H: amplitude of the inductance of a reluctance motor around its mean); "
-            f"write, for example, '{EXAMPLE}', or add like and the name of a motor",
+            f"write, for example, '{EXAMPLE}', or add 'like' and the name of a motor",
         ),
         (
             VR | {"swing": "8 mH"},
@@ -161,7 +161,7 @@ def test_an_impossible_figure_is_refused_with_its_place_and_the_allowed_values(v
     [
         ("qsh4218-51-10-049", f"m 'qsh4218-51-10-049'; known: {NAMES}; did you mean QSH4218-51-10-049?"),
         ("NEMA", f"m 'NEMA'; known: {NAMES}{OTHER}"),
-        ({"like": "AS101"}, f"m: like 'AS101'; known: {NAMES}{OTHER}"),
+        ({"like": "AS101"}, f"m: 'like' is 'AS101'; known: {NAMES}{OTHER}"),
     ],
 )
 def test_an_unknown_motor_is_refused_with_the_known_ones(value, says):

@@ -72,7 +72,7 @@ class Window:
         begin = first.find(self.signal(first.pin), self.start, include=True)
         end = None if begin is None else second.find(self.signal(second.pin), begin, include=first.pin != second.pin)
         if begin is None or end is None:
-            which = between[0] if begin is None else f"{between[1]} after {between[0]}"
+            which = repr(between[0]) if begin is None else f"{between[1]!r} after {between[0]!r}"
             raise UsageError(f"between {between!r}: there is no {which} in the window")
         yield self._interval(first, second, begin, end)
 

@@ -191,7 +191,7 @@ def _pulse(rest: str) -> DirectiveKind:
 
 def _power(rest: str) -> DirectiveKind:
     if rest not in ("on", "off"):
-        raise UsageError(f"power {rest!r}; allowed on, off")
+        raise UsageError(f"power {rest!r}; allowed 'on', 'off'")
 
     async def act(runner: ScriptRunner, chip: Chip) -> None:
         runner.report(f"power {rest}")
@@ -231,7 +231,8 @@ def _tell_part(rest: str) -> DirectiveKind:
             raise UnknownName(f"the bench has no part {name!r}; there are: {', '.join(parts)}{hint(name, parts)}")
         verbs = runner.bench.parts[name].verbs
         if verb not in verbs:
-            raise UsageError(f"tell {name} {verb!r}; allowed {', '.join(verbs) or 'nothing'}{hint(verb, verbs)}")
+            allowed = f"allowed {', '.join(map(repr, verbs))}" if verbs else "a script cannot operate this part"
+            raise UsageError(f"tell {name} {verb!r}; {allowed}{hint(verb, verbs)}")
 
     async def act(runner: ScriptRunner, chip: Chip) -> None:
         part = runner.bench.parts[name]
@@ -287,7 +288,7 @@ def _rate(rest: str) -> DirectiveKind:
 
 def _read(rest: str) -> DirectiveKind:
     if rest != "position":
-        raise UsageError(f"read {rest!r}; allowed position")
+        raise UsageError(f"read {rest!r}; allowed 'position'")
 
     def queue(runner: ScriptRunner) -> None:
         with runner.nested():

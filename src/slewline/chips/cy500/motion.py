@@ -93,4 +93,4 @@ class Motion(sloped.Motion):
 
     @property
     def progress(self) -> str:
-        return "runs until xss=1" if self.text == "J" else super().progress
+        return "in motion (until xss=1)" if self.text == "J" else super().progress

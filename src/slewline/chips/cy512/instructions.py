@@ -27,7 +27,7 @@ class Instructions(sloped.Instructions, instructions.Instructions):
     def do_offset(self, offset: int) -> None:
         """O: output a phase pattern: 0 to 3 are full steps; 4 to 7 are the half steps that follow 0 to 3."""
         if offset > sheet.OFFSET.high:
-            self.chip.finding("offset", f"O {offset} is ignored; allowed patterns 0 to {sheet.OFFSET.high}")
+            self.chip.finding("offset", f"O {offset} is ignored; allowed: patterns 0 to {sheet.OFFSET.high}")
             return
         row = 2 * (offset % 4) + offset // 4  # of the half steps
         self.registers.phase = row if self.registers.half else row // 2

@@ -204,9 +204,9 @@ def normal(
     elif 0 < rest < SHORT_SLEW_STEPS:
         seconds = rest * STEP_TICKS[first] / source.sheet.crystal_hz
         severity: Severity = "note" if seconds < SHORT_CRAWL else "warning"
-        crawl = f"output at F {first} in {seconds * 1000:.0f} ms"
-        found = f"the move does not slew: two ramps of {full} steps leave {rest} steps, all {crawl}"
-        allowed = f"{2 * full} steps, or at least {2 * full + SHORT_SLEW_STEPS}"
+        crawl = f"the remaining {rest} are output at F {first}, which takes {seconds * 1000:.0f} ms"
+        found = f"the move does not slew: its two ramps take {2 * full} of its {distance} steps; {crawl}"
+        allowed = f"moves of {2 * full} steps, or of at least {2 * full + SHORT_SLEW_STEPS}"
         source.report(motion.statement, "short-slew", severity, found, allowed=allowed, section="s.8, short slew")
 
 

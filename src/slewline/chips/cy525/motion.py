@@ -95,10 +95,9 @@ class Motion(motion.Motion):
             then = "it then continues to its target unless abort=0"
             return f"{self.text} aborted: decelerating to rate {self.first} ({then})"
         if self.continuous:
-            return (
-                f"{self.text} runs until {'abort=0' if self.abortable else 'RESET, because abort was low at the start'}"
-            )
-        return f"{self.text} in motion, {self.number} steps"
+            end = "abort=0" if self.abortable else "RESET, because abort was low at the start"
+            return f"{self.text} in motion (until {end})"
+        return f"{self.text} in motion ({self.number} steps)"
 
     # -------------------------------------------------------------------------------------- decisions between two steps
     async def look(self, plan: Plan, step: int) -> Plan:

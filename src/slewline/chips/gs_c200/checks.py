@@ -143,7 +143,7 @@ def unset(source: Source) -> None:
         for statement in block.statements:
             missing = [letter for letter in SPEEDS if letter not in known]
             if statement.row.motion and missing:
-                found = f"{statement.text} comes before {', '.join(missing)}: E is refused with E4"
+                found = f"{statement.text} comes before {', '.join(missing)}: command E is refused with error E4"
                 remedy = set_first(", ".join(missing))
                 source.report(statement, "unset-speed", "warning", found, section=COMMANDS, remedy=remedy)
                 known |= set(missing)  # reported once
@@ -183,7 +183,7 @@ def heads(source: Source) -> None:
         first = block.statements[0] if block.statements else None
         if first is None:
             if block.quit is not None and block.quit.row.name == "EXECUTE":
-                found = "E with an empty program is refused with E4"
+                found = "command E with an empty program is refused with error E4"
                 source.report(block.quit, "empty-program", "warning", found, section=COMMANDS)
             continue
         if first.row.name == "UNTIL":
@@ -206,7 +206,7 @@ def pulses(source: Source) -> None:
         for one, two in pairwise(block.statements):
             if (one.row.name, two.row.name) == ("ACTIVATE", "CLEAR") and one.values == two.values:
                 found = f"user output {one.values[0]} is high for one instruction only"
-                remedy = "a D between the two makes it longer"
+                remedy = f"a delay D between {one.text} and {two.text} makes the pulse longer"
                 source.report(two, "short-pulse", "note", found, section=COMMANDS, remedy=remedy)
 
 

@@ -281,7 +281,7 @@ class KnownChipset:
             found = (
                 f"{velocity / SCALE:.6g} steps/cycle exceeds the pulse range: the axis will run at {most} steps/cycle"
             )
-            remedy = "" if axis.high_speed else f"SET_OUTPUT_HIGH allows {HIGH_RANGE}"
+            remedy = "" if axis.high_speed else f"SET_OUTPUT_HIGH allows {HIGH_RANGE} steps/cycle"
             self.warn(axis.written["SET_VEL"], "pulse-range", found, remedy)
         if start is not None and start >= velocity and axis.mode != "SET_PRFL_S_CRV":
             found = f"start velocity {start} is not below velocity {velocity}: the whole move is made at {velocity}"
@@ -313,7 +313,7 @@ class KnownChipset:
         for axis in self.axes:
             if pending := forgotten(axis.pending, axis.armed, axis.auto_update):
                 last = axis.pending[pending[-1]]
-                found = f"{last.text} has no effect until an update, and the script has none after it"
+                found = f"{last.text} has no effect until an update, but no update follows in the script"
                 self.warn(last, "no-update", found, "add UPDATE, MULTI_UPDATE or a breakpoint")
             auto_stop = axis.written.get("SET_AUTO_STOP_ON")
             if auto_stop is not None and self.source.sheet.encoder and not axis.value("SET_STEP_RATIO"):

@@ -252,12 +252,12 @@ def titled(line: HostLine) -> str:
     from ...links.ports.prologix import PrologixLine
 
     if isinstance(line, PrologixLine):
-        addresses = ", ".join(map(str, line.devices))
+        addresses = [str(address) for address in line.devices]
     elif len(line.chips) == 1:
         return line.name
     else:
-        addresses = ", ".join(str(chip.strapped_address()) for chip in line.chips)  # type: ignore[attr-defined]
-    return f"{line.name} (addresses {addresses})"
+        addresses = [str(chip.strapped_address()) for chip in line.chips]  # type: ignore[attr-defined]
+    return f"{line.name} ({'address' if len(addresses) == 1 else 'addresses'} {', '.join(addresses)})"
 
 
 @contextmanager

@@ -57,7 +57,7 @@ def tune(
     outputs.claim(plot, SUFFIXES)
     outputs.claim(bench, (".toml",))
     if bench is not None and os.path.isfile(bench) and not is_tuned(read_text(bench)):
-        raise UsageError(f"--bench {bench}: this file exists, and was not written by tune; name a new file")
+        raise UsageError(f"--bench {bench}: this file exists, and was not written by `slewline tune`; name a new file")
     fitting = read_options(options, chip) or None
     task, calculator = task_of(chip, motor_value(motor), driver, load, steps, grid, perturb, stepping, crystal, fitting)
     if bench is not None:
@@ -133,14 +133,15 @@ def report(found: Tuned, calculator: Calculator, full_map: bool) -> Iterator[str
         yield f"recommended   {chosen_line(found.recommended, calculator) if found.recommended else none}"
     if found.recommended is not None:
         yield "              its neighbours lose no steps" + (
-            ", also with the switching chopper" if found.switched else ""
+            ", even with the switching chopper" if found.switched else ""
         )
     here = "" if found.runs_here == found.runs else f", {found.runs_here} of them now" * (found.runs_here < found.runs)
     full = f" of {found.exhaustive}" if found.runs <= found.exhaustive else ""  # a switching chopper adds lag
     yield f"runs          {found.runs}{full}{here}"
     killers = sorted(found.killers.items(), key=lambda each: -each[1])[:4]
     if killers:
-        yield f"lost under    {', '.join(f'{name} ({count})' for name, count in killers)}"
+        cases = [f'{counted(count, "candidate")} under "{name}"' for name, count in killers]
+        yield f"failed        {', '.join(cases)}"
     if full_map:
         yield from map_lines(found, calculator)
     if found.best is not None:

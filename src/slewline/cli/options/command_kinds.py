@@ -14,7 +14,7 @@ MEANT = {  # suggestions for unknown commands and options
     "plot": "slewline run FILE --plot F.svg draws a run, slewline ramp CHIP ... --plot F.svg a ramp",
     **dict.fromkeys(("simulate", "sim", "play", "start", "test"), "slewline run FILE"),
     **dict.fromkeys(("emulate", "server", "port", "listen"), "slewline serve CHIP --tcp 4001"),
-    **dict.fromkeys(("list", "parts", "ls"), "slewline chips lists the chips, slewline examples the examples"),
+    **dict.fromkeys(("list", "parts", "ls"), "`slewline chips` lists the chips, `slewline examples` the examples"),
     **dict.fromkeys(("info", "show", "doc", "commands", "man"), "slewline describe CHIP"),
     **dict.fromkeys(("assemble", "compile"), "slewline asm FILE"),
     **dict.fromkeys(("disassemble", "disasm"), "slewline dis FILE"),
@@ -78,7 +78,7 @@ class HintingCommand(click.Command):
             return super().parse_args(ctx, self.completed(ctx, args) if is_checked else args)
         except click.MissingParameter as error:
             if getattr(error.param, "name", "") == "chip":
-                raise click.UsageError("Missing argument 'CHIP': slewline chips lists the chips", ctx) from None
+                raise click.UsageError("Missing argument 'CHIP': `slewline chips` lists the chips", ctx) from None
             example = EXAMPLES.get(self.name or "")
             if example is None:
                 raise

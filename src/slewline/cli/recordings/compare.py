@@ -86,7 +86,7 @@ def _pairs(ours: Waveforms, theirs: Waveforms, given: Iterable[str]) -> list[tup
     alike = [(name, other) for name, other in alike if other and theirs.kind(other) == "bits"]
     if not alike:
         files = f"{ours.path} has {', '.join(ours.names)}; {theirs.path} has {', '.join(theirs.names)}"
-        raise UsageError(f"the files have no signal name in common; give pairs, as in --map x.pulse=D0: {files}")
+        raise UsageError(f"the files have no signal name in common: {files}; give pairs, as in --map x.pulse=D0")
     return alike
 
 

@@ -26,7 +26,7 @@ def named_file(owner: str, name: str) -> UsageError:
     """Return the error to raise when a file name is given instead of an image."""
     return UsageError(
         f"{owner}: image {name!r} is the name of a file, but text is taken as the content itself; pass "
-        f"slewline.read_image({name!r}), or use the key file in a bench file"
+        f"slewline.read_image({name!r}), or use the key 'file' in a bench file"
     )
 
 

@@ -105,7 +105,7 @@ class Plan:
             if left < count:
                 return interval
             left -= count
-        raise AssertionError("the runs of a leg cover all of its steps")
+        raise AssertionError("the runs of a leg do not cover all of its steps")
 
     def verified(self, number: int | None = None) -> Plan:
         """Check the plan, and return it.

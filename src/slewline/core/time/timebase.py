@@ -155,7 +155,8 @@ def window(start: Time | None, stop: Time | None, now: int, since: int = 0) -> t
     first, last = since if start is None else moment(start), now if stop is None else moment(stop)
     if stop is not None and first > last:
         raise TimeError(
-            f"from {readable(first)} to {readable(last)}: the window ends before it begins; give start, then stop"
+            f"from {readable(first)} to {readable(last)}: the window ends before it begins; give an earlier start, or "
+            "a later end"
         )
     return first, min(last, now)
 

@@ -66,8 +66,8 @@ class Condition:
 
     def _no_truth(self) -> UsageError:
         return UsageError(
-            f"{self}: a condition has no truth value; bench.run_until waits for it, a | b is met when either is, and "
-            "lambda: x.position > 40 is a condition of your own"
+            f"{self}: a condition has no truth value; bench.run_until waits for it; write 'a | b' to wait for either "
+            "of two, or a condition of your own, such as 'lambda: x.position > 40'"
         )
 
     def __or__(self, other: Condition) -> Condition:

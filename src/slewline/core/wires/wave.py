@@ -11,7 +11,7 @@ from typing import Any, Protocol
 from ..time.events import When, before
 
 Level = Any  # 0, 1 or None on a wire; (mask, value) or None on a bus
-Edges = tuple[Level, tuple[int, ...], tuple[Level, ...]]  # of a wave: the level before, instants in ps, levels
+Edges = tuple[Level, tuple[int, ...], tuple[Level, ...]]  # of a wave: initial level, instants in ps, new levels
 FLOATING = -1  # in arrays of levels: None
 
 

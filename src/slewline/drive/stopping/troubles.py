@@ -159,7 +159,7 @@ class Troubles:
         if keep_count and axis.low <= found.counted < axis.low + axis.modulus:
             self.report("board-went-on", f"{has}; the position register is set to this count", found.counted)
             return
-        why = f"; the register has {axis.low} to {axis.low + axis.modulus - 1}" if keep_count else ""
+        why = f"; the register holds only {axis.low} to {axis.low + axis.modulus - 1}" if keep_count else ""
         self.report(
             "board-went-on",
             f"{has}; the model does not know this count{why}: home the motor, or start again with --keep-count "
@@ -276,7 +276,8 @@ class Troubles:
         self.link.abandon()
         self._halt()
         self.report(
-            "board-stopped", "the host stopped the motor, which was at rest; further steps of its chip are not output"
+            "board-stopped",
+            "the host ordered a stop while the motor was at rest; further steps of its chip are not output",
         )
 
     def switched_off(self) -> None:

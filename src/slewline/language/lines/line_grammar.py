@@ -84,7 +84,8 @@ def parse(sheet: Sheet, text: str) -> LineCommand | Refusal:
         place = places(row, text)[row.args.index(arg)]
         message = f"{text}: {arg.name} {value}, allowed {allowed}"
         remedy = f"the nearest is {arg.spell(nearest(arg, value))}"
-        closest = Refusal("range", message, *place, f"{row.name} {arg.name} {value}", allowed, remedy)
+        named = f"{row.name} {arg.name} {value}" if len(row.args) > 1 else f"{row.name} {value}"
+        closest = Refusal("range", message, *place, named, allowed, remedy)
     if closest is not None:
         return closest
     forms = " or ".join(usage(row) for row, _ in patterns[head])

@@ -10,7 +10,7 @@ from ..assemble import units
 from ..markdown import table
 from . import line_grammar
 
-STATES = {"i": "idle", "p": "during program entry", "r": "while a program runs"}
+STATES = {"i": "while idle", "p": "during program entry", "r": "while a program runs"}
 
 
 def line_in_full(sheet: Sheet, row: LineRow) -> str:
@@ -58,6 +58,6 @@ def _opcodes(row: LineRow) -> str:
 
 
 def _taken(row: LineRow) -> str:
-    """Return the states in which a command is accepted, as text; "into the program" if it can be stored."""
-    found = [STATES[state] for state in row.when] + (["into the program"] if row.stored else [])
+    """Return the states in which a command is accepted, as text, with "(stored)" if it can be stored."""
+    found = [STATES[state] for state in row.when] + (["during program entry (stored)"] if row.stored else [])
     return ", ".join(found)

@@ -9,7 +9,7 @@ from ...core.datasheet.table import Arg, Bits, Sheet
 from ..markdown import mhz, table
 from . import packet_grammar
 
-BUFFERED, WITH_ENCODER = "waits for an update", "needs an encoder; other parts accept it"
+BUFFERED, WITH_ENCODER = "takes effect at the next update", "needs an encoder; other parts accept it"
 CHECKSUM = "A checksum of 16 bits may be read after every packet: the sum of command byte and words."
 
 

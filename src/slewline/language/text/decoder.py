@@ -386,7 +386,8 @@ class Decoder(Generic[L_co]):
 
     def _check(self, row: TextRow, arg: Arg, found: int) -> None:
         if not arg.low <= found <= arg.high:
-            self._range(f"{row.name} {arg.name} {found}: allowed {arg.low}..{arg.high}", found, arg.fit(found))
+            named = f"{row.name} {arg.name} {found}" if len(row.args) > 1 else f"{row.name} {found}"
+            self._range(f"{named}: allowed {arg.low}..{arg.high}", found, arg.fit(found))
 
     def _low_byte(self, row: TextRow, found: int) -> int:
         """Cut a number to a byte; report it if it is larger.  For numbers that are not arguments in the table."""

@@ -24,7 +24,8 @@ def ends(source: Source) -> None:
     for block in source.blocks:
         last = block.statements[-1] if block.statements else None
         if last is not None and "n" in last.row.flow and last.address in reached(source, block):
-            found = f"the program runs past its last {units(source.sheet).removesuffix('s')}, {block.end - 1}"
+            unit = units(source.sheet).removesuffix("s")
+            found = f"the program runs past its last {unit}, at address {block.end - 1}"
             source.report(last, "no-end", "warning", found, section=section(last.row), remedy=remedy)
 
 

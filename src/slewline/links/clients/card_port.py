@@ -69,7 +69,7 @@ class CardPort(ChipsetPort):
             ms -= STEP_MS
             if ms <= 0:
                 raise TimeoutError(
-                    f"{self.where}: the status stays {status:#04x}; expected {wanted:#04x} in the bits {bit:#04x}"
+                    f"{self.where}: the status stays {status:#04x}; expected {wanted:#04x} under the mask {bit:#04x}"
                 )
 
     def free(self, ms: int) -> None:

@@ -35,7 +35,7 @@ def read(line: bytes) -> Data:
     do = request.get("do")
     if not isinstance(do, str) or do not in NAMES:
         near = hint(do, NAMES) if isinstance(do, str) else ""
-        raise UsageError(f"do {shown(do)}; allowed {', '.join(NAMES)}{near}")
+        raise UsageError(f"do: {shown(do)}; allowed {', '.join(NAMES)}{near}")
     found: Data = check(request, kind_of(do), do)
     return found
 

@@ -190,7 +190,9 @@ class PrologixLine(RequestLine):
     def _data(self, line: bytes) -> None:
         """Send data to the addressed device, and read its answer if ++auto is on."""
         if PLAIN_PLUS.match(line):
-            self.controller.finding("gpib-plus", f"{line!r}: a + that is not preceded by ESC is not sent; send ESC +")
+            self.controller.finding(
+                "gpib-plus", f"{line!r}: a '+' that is not preceded by ESC is not sent; send ESC, then '+'"
+            )
         if (found := TELNET.match(line)) and len(found[0]) >= CERTAIN:
             self.controller.finding("telnet", f"{RAW}; this looks like telnet: use a raw connection")
         data = ESCAPED.sub(lambda found: found[1] or b"", line) + ENDS[self.settings["eos"]]

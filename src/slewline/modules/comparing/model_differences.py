@@ -46,7 +46,7 @@ class Tolerance(NamedTuple):
         return abs(one_us - other_us) <= self.fixed_us + self.share * max(one_us, other_us)
 
     def __str__(self) -> str:
-        return f"{self.fixed_us / 1000:g} ms and {self.share:.2%}"
+        return f"{self.fixed_us / 1000:g} ms plus {self.share:.2%}"
 
 
 def usual_tolerance(speech: Speech, crystal_hz: int | None) -> Tolerance:

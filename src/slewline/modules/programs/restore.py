@@ -170,7 +170,7 @@ class Restore:
         except RefusedCommand as refused:
             self.status = f"{outcome}; it was not stored ({refused.code}: {refused.description})"
             raise
-        self.status = f"{outcome} and has stored it"
+        self.status = f"{outcome} and has stored it in its EEPROM"
 
 
 def can_store(sheet: Sheet) -> bool:

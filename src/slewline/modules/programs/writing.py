@@ -84,7 +84,7 @@ def _surely(restore: Restore, text: str, expected: Sequence[Statement]) -> None:
 
 
 def _kept(sheet: Sheet) -> str:
-    return "the stored program is unchanged" if can_store(sheet) else "no other memory was changed"
+    return "the program in its EEPROM is unchanged" if can_store(sheet) else "no other memory was changed"
 
 
 def _compare(restore: Restore) -> None:
@@ -109,7 +109,8 @@ def _compare(restore: Restore) -> None:
 def _leave(restore: Restore) -> None:
     """End program entry, if the part has a command that does so without running the program."""
     sheet, module = restore.sheet, restore.module
-    outcome = f"the module holds the program (verified); {_kept(sheet)}"
+    memory = " in its RAM" if can_store(sheet) else ""
+    outcome = f"the module holds the program (verified){memory}; {_kept(sheet)}"
     restore.status = f"{outcome}; program entry is open"
     end = harmless_end(sheet)
     if end is None:

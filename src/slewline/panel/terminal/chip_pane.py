@@ -110,7 +110,7 @@ class ChipPane(OfChip):
         current = self.session.row_at(self.chip)
         instruction = "" if current is None else self.session.listings[self.chip][current]["text"]
         working = self.state.get("working") or instruction
-        waiting = waiting.removeprefix(f"{self.chip}: ")
+        waiting = waiting.removeprefix(f"{self.chip}: ").removeprefix(f"{working} ")
         stops = [points_out(point) for point in self.session.breakpoints if "address" not in point]
         others = [line(width, ("● ", "bold $text-error"), ", ".join(stops))] if stops else []
         if not self.app.has_class("wide"):

@@ -82,7 +82,7 @@ async def edge(session: DebugSession, words: list[str]) -> None:
     """Run to the next edge of the named pin, in the given direction or, without one, in any direction."""
     which = words[1] if len(words) > 1 else "any"
     if not words or which not in EDGES:
-        raise UsageError(f"edge{quoted(words)} expected a pin, and optionally rises, falls or any")
+        raise UsageError(f"edge{quoted(words)} expected a pin, and optionally 'rises', 'falls' or 'any'")
     await session.to_edge(words[0], which)
     session.last_edge = words[0]
 
@@ -146,7 +146,7 @@ def point_of(session: DebugSession, words: list[str]) -> dict[str, Any]:
     if first == "pin" and rest:
         which = rest[1] if len(rest) > 1 else "any"
         if which not in EDGES:
-            raise UsageError(f"break: edge {which!r}; allowed {', '.join(EDGES)}")
+            raise UsageError(f"break: edge {which!r}; allowed {', '.join(map(repr, EDGES))}")
         return {"pin": session.full_pin(rest[0]), "edge": which}
     if first.isdecimal():
         return {"chip": chip, "address": int(first)}
@@ -189,7 +189,7 @@ async def release(session: DebugSession, words: list[str]) -> None:
 async def power(session: DebugSession, words: list[str]) -> None:
     """Switch the supply of the selected chip on or off."""
     if words not in (["on"], ["off"]):
-        raise UsageError(f"power{quoted(words)} expected on or off")
+        raise UsageError(f"power{quoted(words)} expected 'on' or 'off'")
     await session.client.request("power", chip=session.selected, on=words == ["on"])
 
 

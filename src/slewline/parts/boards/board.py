@@ -174,8 +174,9 @@ class Board(Part):
         done = f"IN {address:#x} reads FF" if reading else f"OUT {address:#x} has no effect"
         if offset not in OFFSETS:
             return f"{done}: no board has this address; {self.name} has the addresses from {self.base:#x} on"
-        can = "reads" if reading else "takes"
-        return f"{done}: {self.name} at {self.base:#x} {can} {self.layout.listed(reading)}{self._remedy}"
+        cycle = "IN" if reading else "OUT"
+        listed = self.layout.listed(reading)
+        return f"{done}: for {cycle}, {self.name} at {self.base:#x} has {listed}{self._remedy}"
 
     async def until_ready(self, ps: int, what: str = READY) -> None:
         """Wait, without bus cycles, until the condition named `what` is met, but at most `ps` picoseconds."""

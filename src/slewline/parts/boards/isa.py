@@ -55,7 +55,7 @@ class Isa(Board):
         ),
         Option("card", "text", "pmd", f"its registers: {ALLOWED}", like="pi-c842", check=wrong),
     )
-    _remedy = '; for a host program of another card set card, such as card="pi-c842"'
+    _remedy = '; if the host program is for another card, set the option card, such as card="pi-c842"'
 
     def __init__(self, kernel: Kernel, name: str, *, base: int | None, card: str) -> None:
         layout = layout_of(card)

@@ -86,7 +86,7 @@ def layout_of(card: str) -> Layout:
     if len({*written}) < len(written) or found[STATUS] == found[DATA]:
         raise UsageError(
             f"card {card!r}: two registers have the same address; only command and status may share an address, since "
-            "command is written and status is read"
+            "one is written and the other is read"
         )
     return placed(**found)
 

@@ -127,7 +127,7 @@ class Damping(Part):
         super().__init__(kernel, name)
         self._t1_ps, self._t2_ps = picoseconds(t1), picoseconds(t2)
         if self._t1_ps <= PULSE_PS or (self._t2_ps and self._t2_ps <= self._t1_ps + 4 * PULSE_PS):
-            raise UsageError(f"{name}: t1 {t1!r}, t2 {t2!r}; allowed t1 above 1.7 µs, t2 0 or above t1 + 6.8 µs")
+            raise UsageError(f"{name}: t1 {t1!r}, t2 {t2!r}; allowed t1 above 1.7 µs, t2 either 0 or above t1 + 6.8 µs")
         self._braked_ps = 0  # when the last motion is braked
         for pin, pull in (("clock", 1), ("dir", 1)):
             self.add_pin(pin, "in", f"{pin.upper()} of the module", pull=pull)

@@ -272,7 +272,7 @@ class PacketHost(Host):
     def _how(self, low: Time = LOW_PS, gap: Time = GAP_PS, ready: bool = True) -> Strobes:
         how = Strobes(picoseconds(low), picoseconds(gap), ready)
         if not (how.low_ps and how.gap_ps):
-            raise UsageError(f"{self.name}: low {low!r}, gap {gap!r}; allowed more than 0")
+            raise UsageError(f"{self.name}: low={low!r}, gap={gap!r}; allowed more than 0")
         return how
 
     def _bytes(self, number: int, size: int) -> bytes:

@@ -248,7 +248,7 @@ def read_driver(value: Any, name: str, motor: MotorData) -> DriverData:
     driver = DriverData(**{each: of for each, of in found.items() if of is not None} | {"current": current})
     driver = replace(driver, current=driver.phase_current(motor))
     if driver.kind == "bilevel" and not driver.high > driver.supply:
-        raise UsageError(f"{name}: high {driver.high:g} V; must be more than the supply ({driver.supply:g} V)")
+        raise UsageError(f"{name}: 'high' {driver.high:g} V; must be more than the supply ({driver.supply:g} V)")
     return driver if row is None else _within(driver, row, name)
 
 
@@ -262,7 +262,7 @@ def has_own_clock(value: Any, motor: MotorData) -> bool:
 
 def _driver_named(like: object, name: str) -> DriverRow:
     if not isinstance(like, str) or like not in DRIVERS:
-        raise UnknownName(f"{name}: like {like!r}; known: {', '.join(DRIVERS)}{same_part(like, DRIVERS)}")
+        raise UnknownName(f"{name}: 'like' is {like!r}; known: {', '.join(DRIVERS)}{same_part(like, DRIVERS)}")
     return DRIVERS[like]
 
 

@@ -44,7 +44,9 @@ def check_steps(steps: str) -> str:
         UsageError: the text is not a step mode.
     """
     if not isinstance(steps, str) or not _STEPS.fullmatch(steps):
-        raise UsageError(f"steps {steps!r}; allowed full, wave, half, and micro with a number, such as micro 8")
+        raise UsageError(
+            f"steps {steps!r}; allowed 'full', 'wave', 'half', and 'micro' with a number, such as 'micro 8'"
+        )
     return steps
 
 
@@ -88,15 +90,17 @@ class MotorLaw:
             object.__setattr__(self, "step_ps", usual_step(self.driver))
         if self.motor.windings != "bipolar" and self.driver.kind != "voltage":
             raise UsageError(
-                f"{self.motor.name}: {self.motor.windings} windings with a driver of kind {self.driver.kind}; "
-                "allowed kind voltage (L/R, L/nR)"
+                f"{self.motor.name}: {self.motor.windings} windings with a driver of kind {self.driver.kind!r}; "
+                "allowed: kind 'voltage' (L/R, L/nR)"
             )
         if self.motor.windings == "reluctance" and self.motor.phases not in (3, 4):
             raise UsageError(f"{self.motor.name}: {self.motor.phases} phases of a reluctance motor; allowed 3, 4")
         if self.load.stiffness > 0 and self.load.inertia <= 0:
             raise UsageError(f"load: inertia {self.load.inertia} on a coupling; allowed more than 0")
         if self.motor.windings == "reluctance" and self.steps not in ("full", "wave", "half"):
-            raise UsageError(f"{self.motor.name}: steps {self.steps!r} of a reluctance motor; allowed full, wave, half")
+            raise UsageError(
+                f"{self.motor.name}: steps {self.steps!r} of a reluctance motor; allowed 'full', 'wave', 'half'"
+            )
 
     # ------------------------------------------------------------------------------------------------------- components
     @cached_property

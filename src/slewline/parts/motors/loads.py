@@ -72,11 +72,11 @@ def read_load(value: Any, name: str, motor: MotorData) -> LoadData:
         if found[each] and not any(found[other] for other in others.split(" or ")):
             raise UsageError(f"{name}: {each} has no effect without {others}; add {others}, or leave {each} out")
     if None not in (found["low"], found["high"]) and not found["low"] < found["high"]:
-        raise UsageError(f"{name}: low {found['low']:g}; must be less than high ({found['high']:g} full steps)")
+        raise UsageError(f"{name}: 'low' {found['low']:g}; must be less than 'high' ({found['high']:g} full steps)")
     for stop, beyond in (("low", (found["low"] or 0) > 0), ("high", (found["high"] or 0) < 0)):
         if beyond:
             raise UsageError(
-                f"{name}: {stop} {found[stop]:g} full steps; the motor begins at 0: allowed low <= 0 <= high"
+                f"{name}: {stop!r} {found[stop]:g} full steps; the motor begins at 0: allowed low <= 0 <= high"
             )
     mass, lead, efficiency, force, vertical = (found.pop(each) for each in AXIS)
     arm = lead / (2 * pi)  # m of the axis per rad

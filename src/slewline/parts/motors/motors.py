@@ -79,7 +79,7 @@ _ROWS = (  # hybrid motors with 200 full steps per revolution, holding torque wi
 MOTORS: Mapping[str, MotorData] = MappingProxyType({row.name: row for row in _ROWS})
 
 FIGURES = (  # figures of a table, in the order of MotorData
-    Option("name", "text", "own", "its name", like="'my motor'"),
+    Option("name", "text", "own motor", "its name", like="'my motor'"),
     Option("windings", "choice", "bipolar", "type of windings", choices=("bipolar", "unipolar", "reluctance")),
     Option("teeth", "int", 50, "pole pairs; 50 make 200 full steps per revolution", low=1),
     Option("phases", "int", 4, "windings of a reluctance motor", low=3),
@@ -223,14 +223,14 @@ def _check_whole(given: Mapping[str, Any], name: str) -> None:
     if missing and all(each in rows for each in given):
         missing_figures = ", ".join(f"{each} ({rows[each].unit}: {rows[each].description})" for each in missing)
         raise UsageError(
-            f"{name}: needs {missing_figures}; write, for example, '{EXAMPLE}', or add like and the name of a motor"
+            f"{name}: needs {missing_figures}; write, for example, '{EXAMPLE}', or add 'like' and the name of a motor"
         )
 
 
 def _named_like(like: object, name: str) -> MotorData:
     if not isinstance(like, str):
-        raise UsageError(f"{name}: like {like!r}; expected the name of a motor, such as {next(iter(MOTORS))}")
-    return motor_named(like, f"{name}: like")
+        raise UsageError(f"{name}: 'like' is {like!r}; expected the name of a motor, such as {next(iter(MOTORS))}")
+    return motor_named(like, f"{name}: 'like' is")
 
 
 def _consistent(motor: MotorData, name: str) -> MotorData:

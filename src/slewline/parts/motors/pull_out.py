@@ -58,7 +58,8 @@ class PullOutPoint(NamedTuple):
         if not self.isolated:
             return found
         beside = ", ".join(f"{torque:.3g} N m at {rate:.6g} steps/s" for rate, torque in self.neighbours)
-        return f"{found}, an isolated {self.isolated}: {beside}; a beat of the chopper with the steps, or a resonance"
+        cause = "probably a beat between the chopper and the steps, or a resonance"
+        return f"{found}, an isolated {self.isolated}: {beside}; {cause}"
 
 
 @answering("pull_out()")

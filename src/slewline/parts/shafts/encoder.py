@@ -217,7 +217,7 @@ class Encoder(ShowsCounts, Blockable, Part):
         """Let the shaft slip: it does not follow its drive for the next `counts` counts, in either direction."""
         check_counts(self, counts)
         if counts < 0:
-            raise UsageError(f"{self.name}: slip by {counts} counts; allowed 0 or more (use push to turn the shaft)")
+            raise UsageError(f"{self.name}: slip by {counts} counts; allowed 0 or more (use push() to turn the shaft)")
         self.input("slip", counts)
         self.shaft.slip(self._outputs.steps(counts))
         self.kernel.settle()

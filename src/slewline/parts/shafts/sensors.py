@@ -154,7 +154,8 @@ class Switch(Part):
         super().__init__(kernel, name)
         if (low is None and high is None) or (low is not None and high is not None and low >= high):
             raise UsageError(
-                f"{name}: closed from low {low} to high {high}; low must be below high, and only one of them None"
+                f"{name}: closed from low={low} to high={high}; low must be below high, and only one of them "
+                "may be None"
             )
         self.axis, self.wiring = axis, MappingProxyType({"out": role})
         self._low, self._high = low, high

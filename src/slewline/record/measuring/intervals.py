@@ -122,7 +122,7 @@ class Edge(NamedTuple):
         import numpy as np
 
         if signal.bus and self.change in ("falls", "rises"):
-            raise UsageError(f"{self.pin} {self.change}: {self.pin} is a bus; allowed changes, appears, vanishes")
+            raise UsageError(f"{self.pin} {self.change}: {self.pin} is a bus; allowed 'changes', 'appears', 'vanishes'")
         times = signal.edges(self.change)
         at = int(np.searchsorted(times, after, "left" if include else "right")) + self.number - 1
         return int(times[at]) if at < len(times) else None
@@ -305,7 +305,7 @@ class Checked:
         return f"VIOLATED {times} at {duration(self.violations[0])}, by the {self.bound.limit.keeper}"
 
 
-HEADS = ("", "time", "printed", "seen", "shortest", "longest", "")  # of a table
+HEADS = ("", "time", "data sheet", "seen", "shortest", "longest", "")  # of a table
 
 
 class TimingTable(Sequence[Checked]):

@@ -64,7 +64,9 @@ def fitting(name: str, bus: bool, trace: Trace | None) -> Trace | None:
     """
     if trace is not None and trace.bus != bus:
         kinds = ("a bus", "one pin") if bus else ("one pin", "a bus")
-        raise UsageError(f"over: {name!r} is {kinds[0]}, but the trace {trace.name!r} is {kinds[1]}; must be alike")
+        raise UsageError(
+            f"over: {name!r} is {kinds[0]}, but the trace {trace.name!r} is {kinds[1]}; give a trace of the same kind"
+        )
     return trace
 
 

@@ -142,7 +142,7 @@ def _session(path: str | Path, torn: bool) -> Waveforms:
     """Return the waveforms in a session, converted by sigrok-cli."""
     own = {".dsl": "export VCD or CSV in DSView", ".sal": "export CSV in Logic 2"}
     if Path(path).suffix.lower() in own:
-        raise WaveformError(f"{path}: a session, but not of sigrok; {own[Path(path).suffix.lower()]}")
+        raise WaveformError(f"{path}: a session, but not a sigrok session; {own[Path(path).suffix.lower()]}")
     tool = shutil.which(TOOL)
     if tool is None:
         raise UsageError(

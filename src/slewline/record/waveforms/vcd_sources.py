@@ -75,7 +75,7 @@ class NetSource:
 
     def __init__(self, recorder: Recorder, name: str, probe: Probe, buses: Buses = "bits") -> None:
         if buses not in BUSES:
-            raise UsageError(f"buses {buses!r}: allowed {', '.join(BUSES)}")
+            raise UsageError(f"buses {buses!r}: allowed {', '.join(map(repr, BUSES))}")
         self.recorder, self.probe = recorder, probe
         self.wires = isinstance(net_of(probe), Bus) and not (isinstance(probe, Terminal) and probe.bit is not None)
         self.whole = buses != "bits"

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, Protocol
 
 from ...core.messages.near import hint
+from ...core.messages.whole import counted
 from ...core.motion.axis import Steps
 from ...core.time.timebase import Time, moment, picoseconds, readable, window
 from ...errors import NotRecorded, UnknownName, UsageError
@@ -106,7 +107,7 @@ class Waveforms:
         span = f"{readable(self.start_ps)} to {readable(self.stop_ps)}"
         sampled = "" if self.sampling.found == "unit" else f", {str(self.sampling).removeprefix('the ')}"
         units = f"in units of {readable(self.timescale_ps)}{sampled}"
-        return f"<Waveforms of {self.path}: {len(self)} signals, {span}, {units}>"
+        return f"<Waveforms of {self.path}: {counted(len(self), 'signal')}, {span}, {units}>"
 
     # ----------------------------------------------------------------------------------------------------- sampling
     @cached_property
@@ -204,8 +205,8 @@ class Waveforms:
             name: the label in the picture; by default the signal name without scopes.
             shift: a time, possibly negative, that is added to all times to align the trace with another
                 recording.
-            tolerance: the longest time difference between the trace and the pin over which it is drawn that is
-                not marked; by default `sampling_ps`.
+            tolerance: if the trace is drawn over a pin, time differences between the two are marked only if
+                they are longer than this; by default `sampling_ps`.
             invert: invert the levels, for a signal measured after an inverting optocoupler.
 
         Raises:
@@ -259,7 +260,8 @@ class Waveforms:
         import numpy as np
 
         if edge not in EDGES or forward not in (0, 1):
-            raise UsageError(f"edge={edge!r}, forward={forward!r}: allowed edge {' or '.join(EDGES)}, forward 0 or 1")
+            edges = ", ".join(map(repr, EDGES))
+            raise UsageError(f"edge={edge!r}, forward={forward!r}: allowed: edge {edges}; forward 0, 1")
         if idle not in (None, 0, 1):
             raise UsageError(f"idle={idle!r}: allowed 0, 1 or None")
         found = self._wire(pulse)

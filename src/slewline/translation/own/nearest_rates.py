@@ -211,13 +211,12 @@ class Rates:
             else ""
         )
         if upto and description:
-            description = f"up to {percent(off)}, depending on its steps"
+            description = f"time differs by up to {percent(off)}, depending on the number of steps"
         if kind is not LineKind.IMPOSSIBLE:
             return LineVerdict(action.line, kind, description, off=off, off_ps=after - before)
         top = self.target.rows["top_rate"]
-        limit = (
-            f"{out_of(self.target.sheet, top, top.args[0])} is {self.span('top_rate')}; its ramps have a different law"
-        )
+        span = f"{out_of(self.target.sheet, top, top.args[0])} is {self.span('top_rate')}"
+        limit = f"{span}; the target's ramps have a different shape"
         remedy = "the steps are correct: check any wait for the end of the move"
         return LineVerdict(action.line, kind, description, limit, remedy, off=off, off_ps=after - before)
 

@@ -84,12 +84,13 @@ class Compared:
         """The result of the comparison in one line: if proven, its extent; otherwise, the first difference."""
         counts = ((self.moves, "move"), (self.outputs, "output change"), (self.inputs, "input change"))
         what = ", ".join(counted(number, name) for number, name in counts if number)
-        times = f"times within {100 * self.time_off:.2g} % (stated {100 * self.stated.time:.2g} %)"
-        rates = "no rate above the stated ones"
+        times = f"times differ by at most {100 * self.time_off:.2g} % (report: {100 * self.stated.time:.2g} %)"
+        rates = "no rate exceeds the rates in the report"
         if self.rate_off is not None:
-            rates = f"rates of long moves within {100 * self.rate_off:.2g} % (stated {100 * self.stated.rate:.2g} %)"
+            bound = f"(report: {100 * self.stated.rate:.2g} %)"
+            rates = f"rates of long moves differ by at most {100 * self.rate_off:.2g} % {bound}"
         off = self.pause_off_ps
-        pauses = "" if off is None else f"; pauses within {readable(round(off, -8))}"
+        pauses = "" if off is None else f"; pauses differ by at most {readable(round(off, -8))}"
         ended = "; cut off" if self.cut else ""
         if self.proven and not what:
             return "nothing moved or switched on either side: this proves nothing"

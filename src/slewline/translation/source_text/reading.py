@@ -124,7 +124,7 @@ class ActionReader:
         """Yield the assumptions about facts missing from the text."""
         if self.sheet.crystal_high_hz and not self.stated:
             yield Assumed(
-                "crystal", f"{self.hz / 1e6:g} MHz, the usual one of the {self.sheet.part}", "state it with --crystal"
+                "crystal", f"{self.hz / 1e6:g} MHz, as usual for the {self.sheet.part}", "set it with --crystal"
             )
         if self.sends_while_running():
             yield Assumed(

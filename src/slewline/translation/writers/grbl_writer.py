@@ -235,7 +235,7 @@ class GrblWriter(LanguageWriter):
         """Write M0, with which grbl waits for the operator instead of the input."""
         self._add("M0", action.line)
         description = f"a wait for input {action.input.number}: M0 waits for the operator"
-        self.sheet.impossible(action.line, description, "no inputs in a program", HOST)
+        self.sheet.impossible(action.line, description, "a grbl program cannot read inputs", HOST)
 
     def _add(self, text: str, source: int, moves: bool = False) -> None:
         if moves and self.moved:

@@ -62,11 +62,11 @@ class LinuxCncWriter(Structured):
         speed = number(top_rate(self.program.actions) / self.options.steps_per_mm, 3)
         acceleration = number(self.acceleration / self.options.steps_per_mm, 3)
         ini = f"SCALE = {spm}, MAX_VELOCITY = {speed} or more, MAX_ACCELERATION = {acceleration}"
-        out = [OutLine("", f"INI file, of the joint: {ini}")]
+        out = [OutLine("", f"INI file, settings of the joint: {ini}")]
         out.append(OutLine(begins, "mm, absolute, mm/min, exact stop: each move ends before the next begins"))
         for output, level in outputs(self.program):
             if output <= OUTPUTS:
-                description = f"output {output} at the start"
+                description = f"level of output {output} at the start"
                 out.append(OutLine(f"M{64 if level else 65} P{output - 1}", description))
         for block in self.names:
             out += self._block(block)

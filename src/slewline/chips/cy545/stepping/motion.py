@@ -208,4 +208,4 @@ class Motion(Stepping):
         if self.aborted:
             slows = f"decelerating to rate {self.at_start.first}"
             return f"{self.text}, inhibit_abort=0: {slows} (it then continues {ends})"
-        return f"{self.text} runs until inhibit_abort=0" if self.endless else super().progress
+        return f"{self.text} in motion (until inhibit_abort=0)" if self.endless else super().progress

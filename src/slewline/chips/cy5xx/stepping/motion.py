@@ -109,7 +109,7 @@ class Motion:
     @property
     def progress(self) -> str:
         """The text that describes a running motion in the chip's `waiting`."""
-        return f"{self.text} in motion, {self.number} steps"
+        return f"{self.text} in motion ({self.number} steps)"
 
     # ------------------------------------------------------------------------------------------------- a whole motion
     async def move(self, number: int, sign: int, text: str) -> None:
