@@ -3,9 +3,9 @@
 A bench file, journal, dialogue, log, black box, backup or memory image may come from anyone.  Each name
 in it is of one of three classes, and the code that reads the file checks the name with a `FileGate`:
 
-    of the folder    a file that is, once all links are followed, in the folder of the naming file or
-                     below; a link for a pty in this folder or below, under a name that no tool runs,
-                     with no other link on the way; a serial device of this system
+    of the folder    a file that is, once all links are followed, in the folder of the file that names
+                     it, or below; a link for a pty in this folder or below, if no tool would run a file
+                     of its name and its path contains no other link; a serial device of this system
     elsewhere        any other file, link, device; only with `anywhere` (--anywhere)
     code             a chip or part as module:Class, whose import runs the module's code; only with
                      `allow_code` (--allow-code)
@@ -91,8 +91,8 @@ class FileGate:
         """Return the path of a file to read.
 
         Raises:
-            SlewlineError: the file, once all links are followed, is outside the folder of the naming file, which
-                `anywhere` does not allow.
+            SlewlineError: the file, once all links are followed, is outside the folder of the naming file, and
+                `anywhere` is False.
             OSError, ValueError: the name is not a path.
         """
         path = self.folder / self._text(name)
@@ -156,7 +156,7 @@ class FileGate:
 
         Raises:
             UnknownName: there is no such class.
-            UsageError: the name denotes code, which is not allowed, or does not denote a class.
+            UsageError: the name denotes code, but `allow_code` is False; or the name does not denote a class.
         """
         return find(self._text(name), allow_code=self.allow_code)
 
@@ -215,7 +215,7 @@ def _bounded(path: str | PathLike[str], data: bytes) -> bytes:
 
 
 def opened(path: str | PathLike[str]) -> BinaryIO:
-    """Open a regular file to read its bytes; opening a FIFO would block, a device may have side effects.
+    """Open a regular file to read bytes; opening a FIFO would block, opening a device may have side effects.
 
     Raises:
         BenchFileError: the file does not exist, or is not a regular file.
@@ -284,7 +284,7 @@ def from_json(line: bytes) -> Any:
 
 
 def error_number(error: Exception) -> int | None:
-    """Return the errno of an error or, if it has none, the errno in its text, as pySerial writes it; or None."""
+    """Return an error's errno, or else the errno in its text, as pySerial writes it; None if it has neither."""
     inside = ERRNO.search(str(error))
     return getattr(error, "errno", None) or (int(inside[1]) if inside else None)
 

@@ -24,7 +24,7 @@ SENT_TO_ALL = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT")  # if the system has th
 def start(
     command: Sequence[str], environment: Mapping[str, str], errors: IO[bytes] | None = None
 ) -> subprocess.Popen[bytes]:
-    """Start a program with pipes as its standard input and output; slewline programs end with their input.
+    """Start a program with pipes as its standard input and output; slewline programs end when their input ends.
 
     Args:
         environment: the environment of the program.
@@ -41,7 +41,7 @@ def start(
 
 @contextmanager
 def termination_deferred() -> Iterator[None]:
-    """Block the signals that are sent to all processes of a command, in a `with` block that starts processes.
+    """Block, during a `with` block that starts processes, the signals sent to all processes of a command.
 
     The started processes inherit the blocked signals, so only this process obeys them.
     """

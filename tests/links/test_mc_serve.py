@@ -184,7 +184,9 @@ def test_an_invalid_request_is_answered_and_does_nothing(still):
     found, nobody = still.bench.findings  # once for each host
     assert (found.source, found.code) == ("x_isa", "no-request")
     assert "b' \\x00' is not a request, and reads FF: this is a port for registers" in found.text
-    assert nobody.code == "no-register" and nobody.text.startswith("OUT 0x34f has no effect: x_isa at 0x340 takes")
+    assert nobody.code == "no-register" and nobody.text.startswith(
+        "OUT 0x34f has no effect: for OUT, x_isa at 0x340 has data"
+    )
 
 
 def test_requests_may_come_in_any_pieces(still):

@@ -194,7 +194,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         "x.at_instruction(-1)",
         "UsageError",
-        "x: instruction at -1; allowed 0..59, the addresses of a program, or None for any instruction",
+        "x: instruction at -1; allowed 0..59, the addresses of a program, or none for any instruction",
     ),
     ('x.power("off")', "UsageError", "x: power('off'); allowed True, False"),
     (
@@ -270,7 +270,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'b.part("switch")',
         "UsageError",
-        "switch: this switch needs a shaft; name its owner: on=motor or on='name of the motor'",
+        "switch: this switch needs a shaft; name its owner: on=motor or on='its name'",
     ),
     ('b.part("inverter", on=x)', "UsageError", "inverter: this inverter is not mounted on a shaft; leave out on="),
     ('b.part("uart", speed=9600)', "UsageError", "uart: no option 'speed'; its options: baud, bits, parity, stop"),

@@ -73,7 +73,7 @@ def test_comments_keep_their_order_and_neighbours() -> None:
     text = translate(path, to="gs-c200s").text
     beside = {line.partition(";")[2].strip(): line.partition(";")[0].strip() for line in text.splitlines()}
     assert beside["start"] == "W1" and beside["the first hole"] == "+250" and beside["the blade comes down"] == "A1"
-    order = [text.index(word) for word in ("start", "the first hole", "drill now", "four times", "blade")]
+    order = [text.index(word) for word in ("start", "the first hole", "drill now", "four passes", "blade")]
     assert order == sorted(order)
 
 

@@ -94,7 +94,7 @@ def test_jobs_are_processes_and_a_map_takes_all_processors(monkeypatch: pytest.M
     (("--perturb", "lod 20%"), "perturbation 'lod'; known: load, inertia"),
     (
         ("--stepping", "quarter"),
-        "steps 'quarter'; allowed 'full', 'wave', 'half', and 'micro' with a number, such as 'micro 8'",
+        "steps 'quarter'; allowed 'full', 'wave', 'half', or 'micro' and a number ('micro 8')",
     ),
     (("--steps", "0"), "cy525: a move of 0 steps; allowed 1 or more"),
     (

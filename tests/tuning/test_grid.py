@@ -104,8 +104,8 @@ def test_neighbours_differ_by_one_value_of_one_parameter() -> None:
     ("cy525", "F=1..200", UsageError, "cy525: F '200'; allowed 0..127"),
     ("cy525", "F=1..x", UsageError, "cy525: F 'x'; allowed 0..127, or text such as '4000 steps/s'"),
     ("cy525", "F=0..127 R=0..127 S=1..255", UsageError,
-     "cy525: 128 F x 128 R x 255 S = 4177920 points; allowed up to 1000000; use fewer values, such as 12 of a range: "
-     "/12"),
+     "cy525: 128 F x 128 R x 255 S = 4177920 points; allowed up to 1000000; use fewer values: /12 "
+     "after a range takes 12 of its values"),
     ("mc1451a", "SET_ACC=1..100000000", UsageError, "100000000 values; allowed up to 1000000; use fewer"),
     ("mc1451a", "profile=trapezoid,s-curve", UsageError, "profile: 2 values; give one of trapezoid, s-curve"),
     ("mc1451a", "profile=cubic", UsageError, "mc1451a: profile 'cubic'; allowed trapezoid, s-curve"),

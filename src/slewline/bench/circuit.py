@@ -203,8 +203,7 @@ class Circuit:
         """Return {"on": shaft}, the constructor argument for a new part on the shaft of `on`; {} if `on` is None."""
         if on is None:
             if sits == "must":
-                owner = "on=motor or on='name of the motor'"
-                raise UsageError(f"{name}: this {kind} needs a shaft; name its owner: {owner}")
+                raise UsageError(f"{name}: this {kind} needs a shaft; name its owner: on=motor or on='its name'")
             return {}
         if not sits:
             raise UsageError(f"{name}: this {kind} is not mounted on a shaft; leave out on=")
@@ -359,8 +358,8 @@ class Circuit:
     def forget(self) -> None:
         """Drop the past that is older than the length to be kept.
 
-        An axis drops its past by itself while it moves.  At rest it does not, so it needs this call, because its
-        past still grows when its encoder is turned or a register is loaded.
+        A moving axis drops its past itself.  An axis at rest needs this call: turning its encoder, or loading a
+        register, still adds to its past.
         """
         if self.keep_ps is None:
             return

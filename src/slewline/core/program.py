@@ -45,7 +45,7 @@ class Running(Protocol):
 
 
 class InstructionCondition(Condition):
-    """The condition that the stored instruction at `address` begins; if `address` is None, any instruction.
+    """The condition that the stored instruction at `address` begins; if `address` is None, that any begins.
 
     Args:
         room: the number of addresses in the program memory; 0 if unknown.
@@ -55,7 +55,7 @@ class InstructionCondition(Condition):
         at = whole(address)
         if address is not None and (at is None or at < 0 or at >= (room or at + 1)):
             allowed = f"0..{room - 1}, the addresses of a program" if room else "an address, 0 and up"
-            raise UsageError(f"{chip.name}: instruction at {address!r}; allowed {allowed}, or None for any instruction")
+            raise UsageError(f"{chip.name}: instruction at {address!r}; allowed {allowed}, or none for any instruction")
         self.chip, self.address, self.hit = chip, at, False
         self.text = f"{chip.name} at {'its next instruction' if at is None else f'instruction {at}'}"
 

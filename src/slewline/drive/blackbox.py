@@ -87,7 +87,7 @@ def _remove(folder: Path) -> None:
 
 
 def reopen(port: BoardPort) -> None:
-    """Reopen a port whose cable was unplugged; do nothing if a port of its kind has no cable.
+    """Reopen a port whose cable was unplugged; do nothing if this kind of port has no cable.
 
     Raises:
         UsageError: the port does not exist, or is in use by another program.

@@ -3,9 +3,9 @@
     model  ---- steps ----> feeder --> board     every step at its instant + horizon
            ---- calls ----> cable  --> outside   bytes for a host, levels of pins: immediate at rest, else delayed too
 
-The horizon is a fixed time.  So messages to a host are true: "motion complete" arrives when the motor
-has stopped, not one horizon earlier.  Calls never overtake each other, because the delay only grows
-while output is pending.
+The horizon is a fixed time, the same for steps and calls.  So messages to a host are true: "motion
+complete" arrives when the motor has stopped, not one horizon earlier.  Calls never overtake each
+other, because the delay only grows while output is pending.
 """
 
 from __future__ import annotations

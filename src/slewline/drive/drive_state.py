@@ -112,7 +112,7 @@ class DriveState:
         self.undecided = undecided
 
     def count_from(self, counted: int, travel: int, net: int) -> None:
-        """Record that the board count is `counted` at a travel of the model, with `net` steps (up minus down) fed."""
+        """Record that the board's count is `counted` at `travel` of the model; `net`: steps fed, up minus down."""
         self.count_origin, self.counted_from = counted - travel, travel - net
 
     def correct(self, steps: int) -> None:
@@ -150,7 +150,7 @@ class DrivePath:
         self.cable.send_at(output.tick16 >> 16, lambda: self.link.outputs(output.mask, output.value))
 
     def send_tail(self, entries: list[tuple[int, int]], ps: int) -> None:
-        """Send the stop ramp of the motion that begins at an instant (ps), once the motor's previous one is over."""
+        """Send the stop ramp of a motion that begins at an instant (ps), once the motor's previous motion is over."""
         if self.feeder.running:
             self.gate(lambda: self.link.tail(entries), ps)
         else:
@@ -169,13 +169,13 @@ class Stopping(Protocol):
     """
 
     def expects(self, event: BoardEvent) -> bool:
-        """Return whether the chip by itself also stops the motor at this event, so that the stop is expected."""
+        """Return whether this event also makes the chip itself stop the motor, so that the stop is expected."""
 
     def stopped(self, event: BoardEvent) -> None:
         """Handle a stop of the board: it outputs no further steps of the model; a stop ramp may follow."""
 
     def halted(self, event: BoardEvent) -> None:
-        """Handle the event that the board is at rest after a stop: it has the position and tick of the last step."""
+        """Handle the board's report of rest after a stop; the event has the position and tick of the last step."""
 
     def turn(self) -> None:
         """Do the work that is due while the drive is halted; called in each turn."""

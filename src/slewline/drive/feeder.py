@@ -48,11 +48,11 @@ class RecordSink(Protocol):
         """Start the queued records: the first interval begins at a tick."""
 
     def restart(self, tick: int) -> object:
-        """Start the records that the board already has at a tick, before sending any that wait for free slots."""
+        """Start, at a tick, the records already on the board, before sending any that wait for free slots."""
 
 
 class PlannedSteps(NamedTuple):
-    """Steps in one direction (1/65536 tick); stop ramp length at the first (-1: unknown), its change per step."""
+    """Steps in one direction (1/65536 tick); `ramp_left`: stop ramp of the first (-1: unknown); `slope`: per step."""
 
     flags: int
     ticks16: NDArray[np.int64]
@@ -78,7 +78,7 @@ class Feeder:
         ticks: the conversion of instants into ticks.
         horizon: ticks from a step of the model to the same step of the motor.
         shortest: the minimum interval between two steps, in ticks.
-        put: called with outputs that change at rest, or between steps too close for a pause between them.
+        put: called with outputs that change at rest, or between two steps too close to allow a pause.
         half: a function that returns whether the chip makes half steps now.
         ramps: yields a stretch in pieces (`RampPiece`): first step, end, stop ramp length, change per step.
         wake: called before a motion is started.
@@ -191,7 +191,7 @@ class Feeder:
         )
 
     def restart(self, tick: int) -> None:
-        """Start the board's records later, at a tick, because START came late; delay all further output as much."""
+        """Start the board's records later, at a tick, because START came late; delay all further output equally."""
         if self.started is not None:
             self.delay(tick - self.started)
             self.started = tick
@@ -291,7 +291,7 @@ class Feeder:
     def _join(self, ticks16: NDArray[np.int64]) -> bool:
         """Append steps to the open record, or to a new one after the last record; return False if not all fit.
 
-        So a long slew takes only a few array operations.  In a ramp, a new fit makes longer records.
+        So a long slew takes only a few array operations.  In a ramp, `_fit` makes longer records than `_join`.
         """
         import numpy as np
 
@@ -326,7 +326,7 @@ class Feeder:
         self._open = steps[len(steps) - self._record.count :]
 
     def _queue_output(self, output: PlannedOutput) -> bool:
-        """Queue an output change in a pause, or put it; return False if its place among the steps is not known yet."""
+        """Queue an output change in a pause, or put it; return False if its place among the steps is not yet known."""
         if not self.running:
             self._put(output)
             return True

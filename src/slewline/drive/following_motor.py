@@ -43,14 +43,17 @@ class Alignment:
         self.near, self.jumps = True, self.clock.jumps
 
     def catch_up(self) -> None:
-        """Align the model if other work of the program put it a quarter horizon off, and no motion is pending."""
+        """Align the model if it leads or lags by over a quarter of the horizon, and no motion is pending.
+
+        Other work of the program may have caused this.
+        """
         if self.state.phase == "ok" and not self.cable.in_progress:
             off = self._ahead(self.clock.ticks(self.wall()))
             if abs(off) > self.state.horizon // 4:
                 self.align()
 
     def turn(self, tick: int) -> None:
-        """Align the model if no motion is pending and its time is frozen, or off the board's by a large constant.
+        """Align a model whose time is frozen, or a large constant off the board's time, if no motion is pending.
 
         The model of a server is frozen while paused; its offset is constant after the server has skipped a lag.
         """
@@ -160,7 +163,7 @@ class Following:
         self.talk.begin()
 
     def stop(self, at_once: bool = False, *, of_chip: bool = True) -> None:
-        """Stop the motor, by ramping down or immediately (`at_once`); `of_chip`: a command already stops the chip."""
+        """Stop the motor: ramp down, or stop `at_once`; `of_chip`: True if a command is already stopping the chip."""
         self.link.stop(0 if at_once else 1)
         chip, axis = self.state.chip, self.state.axis
         self.to_stop = not of_chip and (self.feeder.busy or axis.moving or not chip.idle)

@@ -225,7 +225,7 @@ class Drive:
         return as_line(self._state, self._path, self.power.on, self.troubles)
 
     def check(self, seconds: float, priority: str = "", tell: Callable[[str], object] = lambda _text: None) -> Checkup:
-        """Measure link, computer and board of an open drive; output test pulses, or, with `enable`, ten steps each way.
+        """Measure link, computer and board of an open drive; output test pulses or, if enabled, ten steps each way.
 
         Args:
             seconds: the duration by the wall clock.
@@ -282,7 +282,7 @@ class Drive:
         self._watch.stopping = self._live.rewind = Rewind(*of, self._inputs, past, self.on_event)
 
     def close(self) -> None:
-        """Bring the motor to rest, take over its count, switch the driver off (see `enable_off`), close the port.
+        """Stop the motor, adopt the board's count, switch the driver off (see `enable_off`), and close the port.
 
         A motion in progress is stopped by ramping down.  The current of a moving motor is not cut: if the motor
         does not come to rest, or `close` is interrupted, the board stops the motor, and switches the driver off

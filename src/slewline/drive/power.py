@@ -80,7 +80,7 @@ class Power:
         return True
 
     def _look_for_homing(self) -> None:
-        """Trust the position if, at rest, a homing run has ended at 0 or the register was set without one."""
+        """Trust the position if, at rest, a homing run has ended at 0, or the register was set with no homing run."""
         axis, (homing, offset) = self.state.axis, self._homed_from
         if axis.homing:
             self._homed_from = axis.homing, offset

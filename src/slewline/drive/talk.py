@@ -187,7 +187,7 @@ class Talk:
         self.until(lambda: self.link.is_open, SET_UP_S, "no board answers", UNANSWERED)
 
     def _leave_halt(self, counted: int, *, known: bool, power: bool) -> None:
-        """Make the board leave its halted state and count on from `counted`, and set its outputs."""
+        """Make the board leave its halted state and continue counting from `counted`, and set its outputs."""
         link, nets = self.link, self.state.nets()
         link.reset(signed(counted), known=known, power=power)
         value = sum((net.level or 0) << number for net, number in nets)
@@ -237,7 +237,7 @@ def identified(port: BoardPort, wall: Callable[[], int], wait: Callable[[float],
         wait: waits for a number of seconds.
 
     Raises:
-        UsageError: no board answers, or this version does not know the board that does.
+        UsageError: no board answers, or one that this version does not know.
     """
     decoder, begun, hellos = Decoder(), wall(), 0
     while (passed := wall() - begun) <= SET_UP_S * 10**9:

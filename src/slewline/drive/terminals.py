@@ -159,7 +159,7 @@ def driver_polarity(board: BoardModel, driver: str | None) -> int:
 
 
 def pattern_of(chip: Chip) -> tuple[int, ...]:
-    """Return the phase levels of a chip for each half-step index, phase 1 in bit 0; eight zeros without phases."""
+    """Return the phase levels of a chip per half-step index, phase 1 in bit 0; eight zeros if it has no phases."""
     whole = [sum(level << n for n, level in enumerate(row)) for row in chip.phase_patterns()]
     if len(whole) in (0, 8):
         return tuple(whole) or (0,) * 8

@@ -82,7 +82,7 @@ class Effects:
         await self.pulse()
 
     async def pulse(self) -> None:
-        """Post DMOV 0 and then 1, as for any position put; while a motion is requested, post only changed fields."""
+        """Post DMOV 0 and then 1, as any position put does; while a motion is requested, post only changed fields."""
         if self.motions.idle:
             for done in (False, True):
                 self.owner.state.done = done
@@ -116,7 +116,7 @@ class Effects:
         self.owner.state.kept[name] = value
 
     async def preset_switch(self, name: str, _value: int) -> None:
-        """Set a switch to the value that belongs to the field: SSET, for example, sets SET to 1, and SUSE to 0."""
+        """Set a switch to the value that belongs to the field: for example, SSET sets SET to 1; SUSE sets it to 0."""
         switch, to = PRESET[name]
         self.owner.state.kept[switch] = to
 
@@ -230,7 +230,7 @@ class Effects:
         await self.motions.begin(RecordMotion(homing=1 if forward else -1, button=name))
 
     async def jog(self, name: str, value: int) -> None:
-        """Move towards a limit until 0 is put into the same field, or stop if `value` is 0; return at completion."""
+        """Move towards a limit until 0 is put into the field; if `value` is 0, stop; return at completion."""
         state = self.owner.state
         if not value:
             if state.button == name or (self.motions.wanted is not None and self.motions.wanted.button == name):

@@ -42,7 +42,7 @@ class FieldRow(NamedTuple):
         kind: the type of the value, as in Channel Access: double, float, long, short, string or enum.
         description: the meaning of the field and of a put, for the documentation page.
         put: the method of `Effects` that handles a put; "" for none.
-        fixed: True if the field has a single value, which clients may put.
+        fixed: True if the field has a single value, which is the only value that clients may put.
         value: the initial value; not used if the state computes the field.
         words: the words of an enum.
         unit: the unit, in which {} stands for the motor's unit.

@@ -40,7 +40,7 @@ class ModuleMotor:
     """A motor on a module.
 
     Args:
-        module: the module, whose motor may be moved.
+        module: the module; its `may_move` must be True.
         calculator: the ramp calculator of the part.
         values: all ramp parameters of the part, such as {"T": 100} or {"T": "1000 steps/s"}.
         crystal_hz: the part's crystal frequency; None for the one in its data sheet.
@@ -110,7 +110,7 @@ class ModuleMotor:
         return nearest(self.calculator, Search(wanted, values, free, self.crystal_hz, best=1))[0]
 
     def foreign_program(self) -> int:
-        """Return the number of lines of a stored foreign program, which the next move would overwrite; 0 if none."""
+        """Return the line count of a stored program that is not a move (the next move overwrites it); 0 if none."""
         (listing, *_) = (*self.sheet.acting("list"), None)
         if not self.entered or listing is None:
             return 0

@@ -7,7 +7,7 @@
           +------------------- in progress ---------------------+
 
 A separate thread communicates with the module, one command after another.  A new motion may end the one
-in progress, if the part can stop; puts that request motions wait until no motion is requested.
+in progress, if the part can stop; a put that requests a motion completes when all motions are over.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class RecordMotions:
     """The motions of a record, which owns the motor and the state.
 
     Attributes:
-        wanted: the motion requested next; None if there is none.
+        wanted: the requested motion that has not yet begun; None if there is none.
         current: the motion in progress; None if there is none.
         task: the task that performs the motions; None while no motion is requested or in progress.
     """
@@ -157,7 +157,7 @@ class RecordMotions:
         return failure
 
     async def _motion(self, motion: RecordMotion) -> bool:
-        """Perform a motion; return whether its target is still valid: only after a move that was not stopped."""
+        """Perform a motion; return True only after a move that was not stopped: its target is then still valid."""
         state, motor, begun = self.owner.state, self.owner.motor, self.owner.state.dial_position
         state.missed, state.button = False, motion.button
         if motion.homing:

@@ -3,7 +3,7 @@
                 MRES          DIR, OFF
     steps  <---------->  dial  <------>  user            RVAL RRBV   DVAL DRBV   VAL RBV
 
-Limits are stored in dial coordinates, as DHLM and DLLM; the user limits follow from them, OFF and DIR.
+Limits are stored in dial coordinates, as DHLM and DLLM; OFF and DIR convert them to the user limits.
 """
 
 from __future__ import annotations
@@ -36,11 +36,11 @@ class RecordState:
         fastest: the highest rate of the part (steps/s).
 
     Attributes:
-        kept: the values of fields that return the last value put.
+        kept: the values of the fields that keep the last value put into them.
         val, dval: the target position, in user and dial coordinates.
         low, high: the limits, in dial coordinates.
         ramps: the ramps of moves, backlash moves, jogs and homing runs.
-        law: the rates and times of the ramps as they were put; `ramps` are the nearest that the part supports.
+        law: the rates and times of the ramps as they were put; `ramps` are the nearest the part supports.
     """
 
     def __init__(self, resolution: float, steps: tuple[int, int], position: int, ramp: Ramp, fastest: float) -> None:
@@ -102,9 +102,9 @@ class RecordState:
         return soft or not least <= self.raw(dial) <= most
 
     def violates(self, dial: float) -> bool:
-        """Return whether a move to a dial position is refused; a move from beyond a limit back towards it is not.
+        """Return whether a move to a dial position is refused; a move back towards an exceeded limit is not.
 
-        With a backlash distance, the start of the second move is checked, too.
+        If there is a backlash distance, the start of the second move is checked, too.
         """
         least, most = self.steps
         ends = [leg for leg, _ in self.legs(dial)]

@@ -153,7 +153,7 @@ def to_ascii(assembly: Assembly, check: bool = False) -> bytes:
 def to_binary(assembly: Assembly, single_count: bool = False) -> bytes:
     """Return the bytes that a binary host sends to enter the program, with addresses in place of labels.
 
-    `single_count`: after the first opcode, send one count of all further bytes, then these bytes as stored.
+    `single_count`: send the first opcode, then one count of all further bytes, then these bytes as stored.
 
     Raises:
         UsageError: the part has no binary mode, or stores no program.

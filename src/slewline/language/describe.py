@@ -157,7 +157,7 @@ def _at_once(sheet: Sheet) -> str:
 
 
 def _role(pin: Pin, sheet: Sheet) -> str:
-    """Return a pin's role, with its axis if the part has several, and the role's level if not the active one."""
+    """Return a pin's role, its axis if the part has several, and the level `sense` if it differs from `active`."""
     axis = f" {pin.axis}" if pin.role in AXIS_ROLES and sheet.axes > 1 else ""
     return f"`{pin.role}`{axis}{f' ({LEVEL[pin.sense]})' * (pin.sense != pin.active)}" if pin.role else ""
 
@@ -235,7 +235,7 @@ def _options(sheet: Sheet) -> str:
 
 
 def option_table(options: Iterable[Option]) -> str:
-    """Return options as a Markdown table, including those inside options that are tables themselves."""
+    """Return options as a Markdown table; an option that is itself a table is followed by the options in it."""
     heads = ("option", "default", "allowed", "meaning")
     rows = [
         (

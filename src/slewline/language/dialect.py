@@ -38,9 +38,9 @@ class Note:
 class Command:
     """A complete command.
 
-    `values` are numbers, in which a label is the code of its letter; `digits` is the number of decimal
-    digits that had to be converted, which costs the chip time; `stored` are the bytes that program entry
-    puts into the buffer; `text` is the command in a transcript.
+    `values` are numbers (a label is represented by the code of its letter); `digits` is the number of
+    decimal digits that had to be converted, which costs the chip time; `stored` are the bytes that program
+    entry puts into the buffer; `text` is the command in a transcript.
     """
 
     row: Row
@@ -54,7 +54,7 @@ class Command:
 class Refusal:
     """The reason why a line is no command; `code` is "unknown", "argument" (it does not fit) or "range".
 
-    `text` has the details.  The other fields are the place of the problem, characters `at` to `end`, the
+    `text` has the details.  The other fields are the place of the problem (characters `at` to `end`), the
     text found there, the allowed values, and the remedy.
     """
 
@@ -99,7 +99,7 @@ class Dialect(Generic[R]):
     def refusal(self, sheet: Sheet, text: str, crystal_hz: int) -> Refusal | None:
         """Return the reason why no host can send a line; None if a host can send it.
 
-        A line that a host can send may still contain mistakes, which the part answers.
+        A line that a host can send may still contain mistakes, to which the part responds.
         """
         return None
 
@@ -111,7 +111,7 @@ class Dialect(Generic[R]):
         """Return the text of a command.
 
         Args:
-            labels: letters whose codes are written as letters where a label is allowed.
+            labels: letters that can be labels; where a label is allowed, their codes are written as letters.
             names: labels by address.
         """
         raise NotImplementedError
@@ -130,7 +130,7 @@ class Dialect(Generic[R]):
         return 0
 
     def placed(self, statement: Statement) -> Statement:
-        """Return a statement with its branch address completed, which requires the statement's own address."""
+        """Return a statement with its branch address completed; this depends on the statement's own address."""
         return statement
 
     def shown(self, row: R, instruction: Instruction, labels: str, names: Mapping[int, str]) -> str:
@@ -138,7 +138,7 @@ class Dialect(Generic[R]):
         return self.spell(row, instruction.values, labels, names)
 
     def cut(self, stored: bytes, at: int, sheet: Sheet) -> Instruction:
-        """Return the instruction that begins at an address in the buffer; a byte that is not an opcode has no row."""
+        """Return the instruction at an address in the buffer; it has no row if it does not begin with an opcode."""
         row = sheet.commands.by_code.get(stored[at])
         data = bytes(stored[at : at + (row.size if row else 1)])
         if row and len(data) == row.size:

@@ -49,8 +49,8 @@ class RampParameter:
     seconds in the denominator of its unit: 1 for a rate, 2 for an acceleration.  If `only` is, for
     example, ("profile", "s-curve"), the parameter exists only if the parameter "profile" is "s-curve".
 
-    Ramp trials (slewline tune) try values at which `measure`, a function that increases with the value, is
-    evenly spaced; `tried` states the values that are tried by default.
+    Ramp trials (slewline tune) try values for which the results of `measure`, a function that increases with
+    the value, are evenly spaced; `tried` states the values that are tried by default.
     """
 
     name: str
@@ -251,7 +251,7 @@ missing(
 
 
 class Search(NamedTuple):
-    """A search for values of the `free` parameters whose ramps are nearest to `wanted`; at most `best` of them."""
+    """A search for the sets of `free` parameter values with the ramps nearest to `wanted`; at most `best` sets."""
 
     wanted: Wanted
     fixed: Values
@@ -341,7 +341,7 @@ class Calculator(ABC):
         Return None if the text is not a rate.
 
         Raises:
-            UsageError: the unit is not one for this parameter, or the rate is far outside the parameter's range.
+            UsageError: the unit does not belong to this parameter, or the rate is far outside its range.
         """
 
     @abstractmethod
@@ -439,8 +439,8 @@ def nearest(calculator: Calculator, search: Search) -> list[Ramp]:
 
     Of two ramps equally near to the goal, the one that takes longer comes first.  Of ramps that have the
     same time, acceleration or steps, whichever is the goal, only the one that takes longest is listed.  If
-    several take equally long, it is the one with the smallest last free parameter, then the smallest last
-    but one, and so on.
+    several of these take equally long, only the ramp with the smallest last free parameter is listed; if
+    that is equal, too, the one with the smallest last but one, and so on.
     """
     wanted = search.wanted
     best: dict[float, tuple[tuple[float, int, tuple[int, ...]], Ramp]] = {}
@@ -476,8 +476,9 @@ def least(enough: Callable[[int], bool], low: int, high: int) -> int | None:
 def levels(measure: Callable[[int], float], target: float, low: int, high: int, count: int) -> Iterator[int]:
     """Yield values from `low` to `high` around the smallest value whose `measure` is `target` or less.
 
-    First come up to `count` values from that value upwards, then up to `count` values below it.  `measure`
-    must not increase with the value.  Of values with the same measure, only the smallest is included.
+    The order is: up to `count` values from that value upwards, then up to `count` values below it.
+    `measure` must not increase with the value.  Of values with the same measure, only the
+    smallest is included.
     """
 
     def first(most: float) -> int:

@@ -49,8 +49,8 @@ def host_lines(text: str) -> list[tuple[int, int, str]]:
 def read(text: str, sheet: Sheet, bare: bool = False) -> Source:
     """Return the whole text, parsed.
 
-    If `bare` is set, a text without a command that begins program entry is one stored program; otherwise
-    such a text is a host's input in command mode.
+    A text without a command that begins program entry is one stored program if `bare` is set; if `bare`
+    is not set, it is a host's input in command mode.
     """
     source = Source(sheet)
     dialect = dialect_of(sheet)
@@ -156,7 +156,7 @@ def commented(text: str, sheet: Sheet) -> list[Problem]:
 
 
 def mended(problems: Iterable[Problem], text: str) -> list[Problem]:
-    """Return the problems; errors on lines with another language's comment get the remedy for such a comment."""
+    """Return the problems, replacing the remedy of each error on a line with another language's comment."""
     lines = [line.partition(";")[0] for line in text.splitlines()]
     return [
         replace(problem, remedy=BEGINS)

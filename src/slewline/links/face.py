@@ -60,7 +60,10 @@ class ClientFace(Protocol):
     def wait(
         self, request: Data, reply: Callable[[bool], Data], condition: Condition, limit_ps: int, pushes: bool
     ) -> None:
-        """Send `reply(met)` when a condition is met, or at `limit_ps`; with `pushes`, paused time runs until then."""
+        """Send `reply(met)` when a condition is met, or at `limit_ps`.
+
+        If `pushes`, virtual time runs until then even while it is paused.
+        """
 
     def answer_later(self, request: Data) -> Callable[[Data], object]:
         """Return a function that later sends the reply to a request."""
@@ -130,7 +133,7 @@ class ServerFace(Protocol):
         """Report a finding."""
 
     def say(self, line: str, text: str) -> None:
-        """Write an event of a line to the transcript; unless that is on the terminal, also report it to the user."""
+        """Record a line's event in the transcript; report it to the user, unless the transcript is on the terminal."""
 
     def steps_of(self, chip: Chip) -> int:
         """Return the number of steps of a chip since the beginning, on all axes."""

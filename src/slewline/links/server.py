@@ -72,8 +72,8 @@ class Server(Closing):
         lines: the lines to chips, by name.
         ports, log: the open ports; the transcript.
         loop: waits for bytes and events; `loop.ask(f)` calls a function in the thread of the server.
-        notes: functions that return text for the status line, such as that of a drive.
-        troubles, found: messages about failures outside the chips (of files); the number of findings.
+        notes: functions that return text for the status line, for example the status of a drive.
+        troubles, found: messages about failures outside the chips (file errors); the number of findings.
         branch: the number of the run that is shown; 0 is the run that began with the server.
         breakpoints: conditions that pause virtual time.
         past: access to the past: `past.at(t)`, and `past.go_on`, after which another bench is served.
@@ -178,7 +178,7 @@ class Server(Closing):
         return port
 
     def pty(self, line: HostLine, link: str | LinkPlace) -> OpenPort:
-        """Serve a line on a pseudo-terminal, found by a symbolic link whose place may come from a bench file."""
+        """Serve a line on a pseudo-terminal; `link`, a path or a place from a bench file, is a symbolic link to it."""
         from .ports.pty import PtyPort
 
         self._check(line, "pty")
@@ -200,7 +200,7 @@ class Server(Closing):
         return port
 
     def control(self, address: str | Path, token: str | None = None) -> OpenPort:
-        """Open a control port, HOST:PORT; with a token, which clients must know, other machines may reach it, too."""
+        """Open a control port, HOST:PORT; a `token`, which clients must know, lets other machines connect, too."""
         from .control.control import Control
 
         port = self._opened(Control(self, address, token))
@@ -307,7 +307,11 @@ class Server(Closing):
 
     @property
     def dialogue(self) -> Dialogue:
-        """Data sent by hosts and chips, recorded from the first access; with a control port, from the beginning."""
+        """Data sent by hosts and chips.
+
+        It is recorded from the beginning if there is a control port, otherwise from the first access to this
+        property.
+        """
         if self._dialogue is None:
             from .views.dialogue_view import Dialogue
 

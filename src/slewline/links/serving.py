@@ -91,7 +91,7 @@ def adaptive_line(server: ServerFace, name: str, chips: Sequence[Chip], framing:
 
 
 def bus_line(server: ServerFace, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> HostLine:
-    """Return a line to a chip's bus: with framing, by a host computer; without, a serial line to a UART."""
+    """Return a line to a chip's bus: if `framing`, through a host computer; otherwise, a serial line to a UART."""
     if framing:
         host = server.bench.host(chips[0], name=f"{name}_host", over=over)
         return FramedLine(name, chips[0], server.pace, server.log, cast("BusHost", host))

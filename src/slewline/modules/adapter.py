@@ -81,7 +81,7 @@ class FramedSpeech(Speech):
         return MappingProxyType(found | {"direction": (f"?{STATUS}", _part(STATUS, last + 1, last, 1))})
 
     def value(self, what: str, reply: str) -> str:
-        """Return the value `what` as text, from its bytes: a number; for the direction, the command that sets it."""
+        """Return `what` as text, from the bytes in `reply`: a number; for the direction, the command that sets it."""
         if what == "adapter":
             return reply
         data = bytes.fromhex(reply)
@@ -144,7 +144,7 @@ class FramedSpeech(Speech):
         return [self.stripped(line) for line in received.removesuffix(END).split(END)]
 
     def refusal(self, line: str) -> str:
-        """Return why, according to an answer, the adapter has refused a line or the part accepts no commands.
+        """Return the reason, given in an answer, why the adapter refused a line or the part accepts no commands.
 
         The text is empty if the answer is not a refusal.
         """

@@ -124,7 +124,7 @@ def _capitals(question: ModuleQuery, line: bytes) -> bytes:
 
 
 def _joined(question: ModuleQuery, data: bytes) -> bytes:
-    """Return a listing in which each line that begins with no letter or sign is joined to the preceding line."""
+    """Return a listing in which each line that begins with neither letter nor sign is joined to the one before."""
     if not question.lists:
         return data
     *lines, end = data.removesuffix(CR).split(CR)
@@ -145,7 +145,7 @@ def _last_line(question: ModuleQuery, data: bytes) -> bytes:
 
 
 def _padded(question: ModuleQuery, line: bytes) -> bytes:
-    """Return a line whose number has the sheet's number of digits; add or remove leading zeros for that."""
+    """Return a line with leading zeros added or removed, so that its number has as many digits as in the sheet."""
     found = re.fullmatch(rb"([A-Z])=([0-9]+)\r", line)
     if found and isinstance(question.speech, QuerySpeech):
         digits = question.speech.dialect.queries.get(found[1].decode("ascii"), 0)

@@ -54,7 +54,7 @@ class EchoFilter:
         self.until = max(self.until, now + LATE_S) + seconds
 
     def rest(self, data: bytes, now: float) -> bytes:
-        """Return received data without the echo, after held-back characters that turned out not to be an echo.
+        """Return received data without the echo, preceded by held-back characters that proved not to be an echo.
 
         If `drops` is False, the data is returned unchanged.
         """

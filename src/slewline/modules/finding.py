@@ -1,7 +1,7 @@
 """Search for a module on a port: the rate at which it answers, and whether its lines have checksums.
 
-The search sends a query that changes nothing.  A module that is set to another rate of the part may
-receive different characters, but these form no command (tests/modules/test_finding.py).
+The search sends a query that changes nothing.  If the module is set to another rate than the query's,
+it may receive wrong characters, but these form no command (tests/modules/test_finding.py).
 """
 
 from __future__ import annotations
@@ -58,8 +58,10 @@ def find(
         raw: records all characters on the line.
 
     Raises:
-        UsageError: there is no such port; the part lacks a given setting; `echo` is True without an echo.
-        NoAnswer, DamagedAnswer: there is no answer, it is not one of this part, or it contradicts `checked`.
+        UsageError: there is no such port; the part does not support a given setting; or `echo` is True, but
+            the line does not echo.
+        NoAnswer, DamagedAnswer: there is no answer, or the answer is not one of this part or contradicts
+            `checked`.
         PortLost: the port is gone.
     """
     speech = speech_of(sheet, baud, checked, address)
@@ -168,7 +170,7 @@ def _received(module: Module) -> bytes:
 
 
 def _has_checksums(speech: Speech, received: bytes) -> bool:
-    """Return whether an answer to a line without a checksum has a checksum, and reports a damaged line."""
+    """Return whether `received`, the answer to a line without a checksum, has one and reports a damaged line."""
     checked = _at(speech, speech.baud, True)
     with suppress(DamagedAnswer):
         return received.endswith(CR) and checked.is_garbled(checked.stripped(received[:-1]))
@@ -176,7 +178,7 @@ def _has_checksums(speech: Speech, received: bytes) -> bool:
 
 
 def _lacks_checksums(speech: Speech, received: bytes) -> bool:
-    """Return whether an answer to a line with a checksum has no checksum, and reports an invalid command."""
+    """Return whether `received`, the answer to a line with a checksum, has none and reports an invalid command."""
     plain = _at(speech, speech.baud, False)
     with suppress(DamagedAnswer):
         line = plain.stripped(received.removesuffix(CR))
@@ -195,7 +197,7 @@ def _is_answer(speech: Speech, received: bytes) -> bool:
 
 
 def _of_old_firmware(module: Module) -> bool:
-    """Query a module with the checksums of old firmware; return whether it answers.
+    """Send a query with the checksum that old firmware uses; return whether the module answers.
 
     If it answers, these checksums are used from now on.  If lines have no checksums, no query is sent.
     """

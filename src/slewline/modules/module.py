@@ -72,7 +72,7 @@ class Module:
         speech: the protocol of the module.
         transcript: records the dialogue.
         may_move: whether commands that may step the motor are also sent.
-        report: called with a message for the user at the first exchange that takes long.
+        report: called with a message for the user at the first exchange that takes a long time.
 
     Attributes:
         port, speech, transcript, may_move, report: the arguments.
@@ -146,8 +146,8 @@ class Module:
             data: the characters to send; None: the command in the format of the part.
             again: whether the command was sent before, and not answered.
             enough: returns whether the data received so far is enough, so that the wait may end.
-            longest: the maximum number of characters in the answer; None: that of the protocol.
-            wait_s: the minimum time to wait for an answer (s), even if that of the protocol is shorter.
+            longest: the maximum number of characters in the answer; None: the maximum of the protocol.
+            wait_s: the minimum time to wait for an answer (s), even if the timeout of the protocol is shorter.
 
         Raises:
             MotionRefused, NoAnswer, EndlessInput, DamagedAnswer, PortLost: as for `ask`.

@@ -124,7 +124,7 @@ class DialogueRecorder:
 
 
 class ProxyEnd:
-    """One end of a proxy, which serves as the line of its port: data received here is output at the other end."""
+    """One end of a proxy, which its port uses as a serial line: data received here is output at the other end."""
 
     greetings, share = TEXT, CHUNK
 
@@ -148,7 +148,7 @@ class ProxyEnd:
     def attach(self, name: str, host: Callable[[bytes], int], resume: Callable[[], object]) -> None:
         """Connect a receiver: `host` takes the characters that this end outputs, and returns the number it dropped.
 
-        `resume` makes the receiver continue to send when there is room again.
+        The receiver also sends; `resume` makes it continue to send when there is room again.
         """
         self.write, self.resume = host, resume
         self.event(f"{self.name}: connected")
@@ -265,7 +265,7 @@ class Proxy:
         return len(self.device.stream.outgoing)
 
     def set_port(self, name: str, value: Any) -> bool:
-        """Set a property of the serial port; return whether it has changed, and was not refused by the port."""
+        """Set a property of the serial port; return False if it already had this value, or if the port refuses it."""
         port = self.device.port
         try:
             if getattr(port, name) == value:

@@ -72,7 +72,7 @@ class LineSpeech(Speech):
         return found.row if isinstance(found, Command) else None
 
     def is_complete(self, command: str, received: bytes) -> bool:
-        """Return whether the last line of an answer has arrived; the last line of a listing cannot be in a program."""
+        """Return whether the last line of an answer has arrived; a listing's last line cannot occur in a program."""
         if not received.endswith(CR):
             return False
         row = self.row(command)
@@ -157,7 +157,7 @@ class QuerySpeech(Speech):
         return self.dialect.sent(self.sheet, command)
 
     def again(self, command: str) -> bytes:
-        """Return a query after a carriage return, which ends the unanswered query if only part of that arrived."""
+        """Return a query preceded by a carriage return, which ends the earlier attempt if only part of it arrived."""
         return CR + self.framed(command)
 
     def row(self, command: str) -> Row | None:
@@ -205,8 +205,8 @@ def speech_of(sheet: Sheet, baud: int | None = None, checked: bool | None = None
         baud, checked, address: as for `Speech`.
 
     Raises:
-        UsageError: the part has no serial line and cannot be read back over a bus; or it does not have the given
-            rate or address, or has no checksums.
+        UsageError: the part has no serial line and cannot be read back over a bus; it does not have the
+            given rate or address; or `checked` is True, but the part has no checksums.
     """
     serial = next((channel for channel in sheet.channels if isinstance(channel, (*KINDS,))), None)
     if serial is None:

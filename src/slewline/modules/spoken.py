@@ -23,7 +23,7 @@ SLACK_S = 5.0  # time for an exchange, in addition to twice the time of its char
 
 
 class Speech:
-    """The protocol of a part: a base class for each kind of protocol.
+    """The protocol of a part: the base class, from which each kind of protocol is derived.
 
     Args:
         sheet: the sheet of the part.
@@ -32,7 +32,8 @@ class Speech:
         address: the address of the module on a shared line; None or 0: no address is sent.
 
     Raises:
-        UsageError: the part does not have this rate or address, or has no checksums.
+        UsageError: the part does not have this rate or address; or `checked` is True, but the part has no
+            checksums.
     """
 
     ends = CR  # each of these characters ends a line
@@ -76,7 +77,7 @@ class Speech:
 
     @property
     def questions(self) -> Mapping[str, tuple[str, str]]:
-        """Commands that query a value and the patterns of their answers, keyed by the name of the value."""
+        """Commands that query a value, each with the pattern of its answer, keyed by the name of the value."""
         raise NotImplementedError
 
     def framed(self, command: str) -> bytes:

@@ -1,7 +1,7 @@
 """Run the panel as a separate process: python -m slewline.panel --attach HOST:PORT.
 
 It prints one line, `panel: http://...`, and runs until SIGINT or SIGTERM.  A program that starts the panel before there
-is a control port passes --attach -, and later writes HOST:PORT as a line to the panel's standard input.  The token of
+is a control port passes `--attach -`, and later writes HOST:PORT as a line to the panel's standard input.  The token of
 the control port, if it has one, is passed in the environment variable SLEWLINE_TOKEN, because a command line is visible
 to all users of the machine.
 """

@@ -3,8 +3,9 @@
 In each request a browser sends the name that it has resolved (Host) and, when it opens a websocket, the origin of the
 page (Origin).  A foreign page cannot forge either; a foreign name bound to 127.0.0.1 shows up in Host.
 
-Others can bind neither loopback names nor addresses, so these are accepted with any port: through a tunnel (ssh -L) or
-a container (docker -p), the port seen by the browser differs from the one on which we listen.
+No attacker can choose where a loopback name or an address leads, so these are accepted with any port:
+through a tunnel (ssh -L) or a container (docker -p), the port seen by the browser differs from the one
+on which we listen.
 """
 
 from __future__ import annotations

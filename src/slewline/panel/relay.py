@@ -121,7 +121,8 @@ def checked(text: str, writes: bool) -> str:
     """Return the verb of a page's request; `writes`: the page may operate the bench.
 
     Raises:
-        NotAllowed: the request is not valid, no page may use its verb, or the page is read-only and the verb is not.
+        NotAllowed: the request is not valid, no page may use its verb, or the page is read-only and the verb
+            does more than read.
     """
     request = parsed(text)
     do, number = request.get("do"), request.get("id")

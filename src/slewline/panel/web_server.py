@@ -40,7 +40,10 @@ END_S = 1
 
 
 class HttpConnection(H11Protocol):
-    """An HTTP connection, closed if no request arrives in time, or as the oldest idle one of too many connections."""
+    """An HTTP connection that is closed if no request arrives in time.
+
+    If there are too many connections, the oldest idle one is closed, too.
+    """
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         """Accept a connection; if there are then too many, close the oldest idle one, or this one if none is idle."""
@@ -71,7 +74,7 @@ class HttpConnection(H11Protocol):
 
 
 class PageSocket(WebSocketsSansIOProtocol):
-    """A websocket that stops reading while the page does not read the pongs, whose number nothing else would limit."""
+    """A websocket that stops reading while the page leaves pongs unread: nothing else would limit their number."""
 
     is_paused = False
 

@@ -1,9 +1,9 @@
-"""Parts around a chip: the built-in ones, from an explicit list, and plug-ins, found by module:Class or an entry point.
+"""Parts around a chip: built-in parts (an explicit list), and plug-ins (module:Class, or an entry point).
 
     bench.part("uart", to="x", baud=9600)
     bench.part("my_lab.lamp:Lamp", to="x")
 
-With `to`, the pins of the part are wired in the standard way to the pins of that chip or part.
+`to` names a chip or part; the pins of the new part are wired in the standard way to its pins.
 """
 
 from __future__ import annotations

@@ -196,7 +196,7 @@ class TimeAxis:
 
 
 def aligned(lines: Sequence[Sequence[str]], left: Container[int] = ()) -> list[str]:
-    """Return the lines of a table; its columns are right-aligned, except those with numbers (from 0) in `left`."""
+    """Return the lines of a table; columns are right-aligned, except those with indices (from 0) in `left`."""
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
     sides = ["<" if n in left else ">" for n in range(len(widths))]
     cells = ([f"{cell:{side}{width}}" for cell, side, width in zip(line, sides, widths, strict=True)] for line in lines)

@@ -65,7 +65,7 @@ def test_grid_is_finer_with_a_chopper_unless_it_is_given() -> None:
 @rows(
     ("motor", "driver", "load", "steps", "message"),
     [
-        (UNIPOLAR, CHOPPER, LoadData(), "full", r"U: unipolar windings with a driver of kind chopper; allowed kind"),
+        (UNIPOLAR, CHOPPER, LoadData(), "full", r"U: unipolar windings with a driver of kind 'chopper'; allowed: kind"),
         (
             RELUCTANCE,
             HELD,
@@ -73,7 +73,7 @@ def test_grid_is_finer_with_a_chopper_unless_it_is_given() -> None:
             "full",
             r"VR: reluctance windings with a driver of kind 'current'; allowed: kind 'voltage'",
         ),
-        (RELUCTANCE, VOLTS, LoadData(), "micro 4", r"VR: steps 'micro 4' of a reluctance motor; allowed 'full'"),
+        (RELUCTANCE, VOLTS, LoadData(), "micro 4", r"VR \(reluctance\): steps 'micro 4'; allowed 'full'"),
         (replace(RELUCTANCE, phases=5), VOLTS, LoadData(), "full", r"VR: 5 phases of a reluctance motor; allowed 3, 4"),
         (A, HELD, LoadData(stiffness=10.0), "full", r"inertia 0.0 on a coupling; allowed more than 0"),
     ],

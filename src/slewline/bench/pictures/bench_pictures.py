@@ -166,7 +166,7 @@ class Pictures:
     ) -> tuple[int, int]:
         """Return the window (ps, on the picture's scale): that of the motion, unless `start` or `stop` is given.
 
-        With only a `start` after the motion, it extends to the end of the run; with only a `stop` before, from its start.
+        A lone `start` after the motion extends it to the run's end, a lone `stop` before the motion to its start.
         """
         ends = [bench.kernel.now - begins[name] for name, bench in benches]
         longest = max(ends + [track.until - track.zero for track in measured])

@@ -4,9 +4,9 @@ Option("stepwise", "bool", False, "play every motion step by step; slow, and the
 Option("ramp_unit", "int", 452, "clocks that one rate unit takes", low=1, high=65535, unit="clocks", where="s.8")
 Option("load", "table", {}, "what the motor drives", table=(Option("inertia", "float", 0.0, "...", unit="kg m2"), ...))
 
-A chip has its rows in its sheet, a part in its class; `checked` returns the values of all rows to the
-constructor.  Text, from a URL or a command line, is first converted to a value by the method `read` of
-the row.
+The rows of a chip are in its sheet, and the rows of a part in its class; `checked` returns the values of
+all rows to the constructor.  Text, from a URL or a command line, is first converted to a value by the
+method `read` of the row.
 """
 
 from __future__ import annotations
@@ -119,10 +119,11 @@ class Option:
 
     Attributes:
         name: the name.
-        kind: the kind of value: "bool", "int", "float", "time" (ps), "frequency" (Hz), "ints", "text", "bytes"; a
-            "choice", one of `choices` or its text; a "table" with the rows in `table`; a "number", which is exact:
-            whole, or a decimal as text; a "quantity", a number of `unit` or text such as "68 g cm2", which becomes a
-            float; an "object", which only Python can pass (a function, a store), or one of `choices`.
+        kind: the kind of value: "bool", "int", "float", "time" (ps), "frequency" (Hz), "ints", "text", "bytes";
+            a "choice", one of `choices`, or the text of one; a "table" with the rows in `table`; a "number",
+            which is exact: whole, or a decimal as text; a "quantity", which becomes a float: a number in
+            `unit`, or text such as "68 g cm2"; an "object", which only Python can pass (a function, a store),
+            or one of `choices`.
         default: the value used if none is given; ... (Ellipsis) if the option is required.
         description: text that describes the effect of the option.
         low: the minimum: of a number, a time in ps, a frequency in Hz, or each of "ints"; None for no limit.
@@ -130,7 +131,8 @@ class Option:
         unit: the unit of the value; for a "quantity" an SI unit.
         choices: the allowed values.
         table: the rows of a "table", each of which is an option.
-        check: a function that returns text about a fault of a value of the right kind and range; "" if none.
+        check: a function that takes a value of the right kind and range, and returns text
+            that describes its fault; "" if it has none.
         none: True if None is also allowed.
         like: an example value, for a "text" or an "object".
         where: the section of the manual.
@@ -191,7 +193,7 @@ class Option:
 
     @property
     def shown(self) -> str:
-        """The default as text; "" if the option is required, or if its default is an empty table or no object."""
+        """The default as text; "" if the option is required, or a table or object whose default is empty or None."""
         if self.required:
             return ""
         if self.kind == "time" and _whole(self.default):
@@ -224,7 +226,7 @@ class Option:
         return int(value) if _whole(value) else value
 
     def _wrong(self, value: Any) -> str | None:
-        """Return why a value is not allowed, or "" if the list of allowed values is enough; None if it is allowed."""
+        """Return why a value is not allowed, or "" if the allowed values explain it; None if it is allowed."""
         if self.kind == "ints" and isinstance(value, (list, tuple)) and len(repr(value)) > SHOWN:
             odd = next((k for k, each in enumerate(value) if not _whole(each) or not self._within(each)), None)
             if odd is not None:
@@ -301,7 +303,7 @@ def checked(
     """Return the values of all rows: the given ones, checked, and the defaults of the others.
 
     Args:
-        beside: the arguments that are allowed besides these options, for the message about an unknown one.
+        beside: text that lists further allowed arguments, for the message about an unknown option.
         elsewhere: a function that takes a name that is not an option, and the value for it, and returns
             text on how else to set it; "" if it cannot be set.
 
@@ -345,7 +347,7 @@ def read(rows: Iterable[Option], pairs: Iterable[tuple[str, str]]) -> dict[str, 
 
 
 def defaulted(rows: Iterable[Option], given: Mapping[str, Any]) -> tuple[Option, ...]:
-    """Return the rows with the given values as defaults, unchecked; for a table, as defaults of its rows."""
+    """Return the rows with the given values, unchecked, as defaults; a table's values go to its rows."""
     found = []
     for row in rows:
         if row.name in given and row.table:
@@ -362,7 +364,7 @@ def defaults(rows: Iterable[Option]) -> dict[str, Any]:
 
 
 def flat(rows: Iterable[Option], of: str = "") -> Iterator[tuple[str, Option]]:
-    """Yield every row with its full name, and after each table the rows in it: ("load.inertia", row)."""
+    """Yield (full name, row) for every row; after a table come the rows in it, such as ("load.inertia", row)."""
     for row in rows:
         yield f"{of}{row.name}", row
         yield from flat(row.table, f"{of}{row.name}.")

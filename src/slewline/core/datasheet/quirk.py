@@ -12,7 +12,8 @@ class Quirk(NamedTuple):
     """A choice of the model where the manual is silent or contradicts itself.
 
     Attributes:
-        id: its name, with UND where the manual leaves the matter undefined, CON where it contradicts itself.
+        id: its name, which contains UND if the manual leaves the matter undefined, or CON if it contradicts
+            itself.
         where: the sections and tables of the manual.
         description: the behaviour of the model.
         why: the reason for the choice.

@@ -35,14 +35,16 @@ class Pin:
         description: text that describes the function of the pin.
         active: the active level, 0 or 1; None if the pin has none.
         pull: the level to which a built-in resistor pulls an open input; None if there is no resistor.
-        tie: the level in the standard wiring; a bare part must be wired to it to work; None if there is none.
+        tie: the level at which the standard wiring holds the pin; None if there is none.  A bare part works
+            only if the pin is wired to this level.
         reset: the level of an output after reset; None if it is undefined.
         seen: text that states when the chip samples an input.
         where: the section of the manual.
         role: the purpose of the pin, a word from ROLES, which all parts share; wiring connects pins by role.
         axis: the axis that the role belongs to, counted from 1.
         sense: the level at which the role is active, by default `active`; it differs if the pin is named for the
-            opposite (ATREST is low while the motor is moving).  A driver steps when its step pin takes this level.
+            opposite of its role (ATREST is low while the motor is moving).  A driver steps when its step pin
+            takes this level.
         transcript: the transcript texts for the pin going low and for it going high; None for no text.
         reflex: the direct effect of an active input on a running motor, a word from REFLEXES; for a pin that enables
             steps, the effect of its inactive level.
@@ -90,7 +92,7 @@ class Pin:
         return self.in_out == "out"
 
     def plays(self, role: str, axis: int = 1) -> bool:
-        """Return whether the pin has a role; for a role that belongs to an axis, on the given axis."""
+        """Return whether the pin has the given role, and, if the role belongs to an axis, has it on the given axis."""
         return self.role == role and (self.axis == axis or role not in AXIS_ROLES)
 
 
@@ -110,8 +112,8 @@ class Arg:
         optional: True if the argument may be left out; its value is then `high`.
         fraction: the number of bits after the binary point: with 16 the value counts 1/65536 of its unit.
         cycles: the power of the chip's cycle in the denominator of the unit: 1 for a speed, 2 for an acceleration.
-        alias: pairs (value, value that the chip uses instead), such as (256, 255); of any other value that
-            is too large, the chip uses the low bytes.
+        alias: pairs (value, value that the chip uses instead), such as (256, 255); if any other
+            value is too large, the chip uses its low bytes.
     """
 
     name: str
@@ -239,7 +241,7 @@ class Row:
 
     @property
     def size(self) -> int:
-        """The number of bytes of the instruction in the program buffer, or of the host's packet; 0 without a code."""
+        """The size in bytes of the instruction in the program buffer, or of the host's packet; 0 if it has no code."""
         return 1 + self.data_bytes if self.coded else 0
 
     @property
@@ -340,7 +342,7 @@ class Timing:
 
     @property
     def ticks(self) -> int:
-        """The time as a number of crystal clocks, the same for every crystal; rounded, half a clock upwards."""
+        """The time as a number of crystal clocks, the same for every crystal; half a clock or more is rounded up."""
         return int(self.us * self.mhz + 0.5)
 
 
@@ -386,7 +388,7 @@ class Limit:
     trust: Trust = "stated"
 
     def at(self, crystal_hz: int) -> tuple[int | None, int | None, int | None]:
-        """Return the minimum, typical and maximum time with a crystal, ps, rounded in favour of the `keeper`."""
+        """Return the minimum, typical and maximum time with this crystal, ps, rounded in favour of the `keeper`."""
         if not self.mhz:
             return self.least, self.typical, self.most
         up, down = self.mhz * 10**6, crystal_hz
@@ -509,8 +511,8 @@ class Sheet:
         manual: the source of the facts.
         pins: the pin table.
         commands: the command table.
-        behaviour: a number that is increased whenever a change of the model makes the same inputs lead to
-            other outputs; a journal records the number with which its run was made.
+        behaviour: a number that is increased whenever a change to the model makes the same inputs
+            produce different outputs; a journal records the number with which its run was made.
         crystal_hz: the usual crystal frequency, Hz; 10^12 (ticks of 1 ps) if no crystal can be selected.
         crystal_low_hz: the lowest crystal frequency allowed, Hz.
         crystal_high_hz: the highest crystal frequency allowed, Hz; 0 if there is no selectable crystal.
@@ -593,7 +595,7 @@ class Sheet:
 
     @property
     def takes_live(self) -> bool:
-        """True if the part accepts commands while its program runs; a host may then pull the program entry pin low."""
+        """True if a host may send commands while a program runs, by pulling the program entry pin low."""
         entry = self.role("program_entry")
         return entry is not None and entry.in_out == "both"
 
@@ -610,7 +612,10 @@ class Sheet:
 
     @property
     def plain(self) -> dict[str, int]:
-        """The straps (levels keyed by pin) that, on every channel, switch off features missing from program files."""
+        """The straps (levels keyed by pin) that switch off features that program files lack, such as checksums.
+
+        They include the straps of all channels.
+        """
         return {pin: level for channel in self.channels for pin, level in channel.plain.items()}
 
     def elsewhere(self, name: str, value: object) -> str:

@@ -1,4 +1,4 @@
-"""Quantities with units: "68 g cm2", "62 oz-in", "36 kHz"; a plain number is in its quantity's first unit.
+"""Quantities with units: "68 g cm2", "62 oz-in", "36 kHz"; a plain number is in the unit of the result.
 
     quantity("68 gcm2", "kg m2", "inertia")                       6.8e-06
     quantity(6.8e-6, "kg m2", "inertia")                          6.8e-06

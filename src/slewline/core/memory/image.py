@@ -31,7 +31,7 @@ def named_file(owner: str, name: str) -> UsageError:
 
 
 def check_text(owner: str, image: object) -> None:
-    """Check that an image is not text that ends with a file extension of images, such as ".bin".
+    """Check that an image is not text that ends with the file extension of an image, such as ".bin".
 
     Raises:
         UsageError: the image is such text, so it is probably a file name.

@@ -42,7 +42,8 @@ class AppendStore(Store, Protocol):
             at: address, 0 to the length of the content; by default its end.
 
         Raises:
-            UsageError: there would be a gap before `at`; the part must first write the whole content of a new memory.
+            UsageError: there would be a gap before `at`, as in a new, empty memory, to which a part must first
+                `write` the whole content.
         """
 
 
@@ -85,12 +86,13 @@ class Memory:
 
 
 class JournaledStore:
-    """A store that reports its faults to a journal: failed calls, delays, and content other than that written.
+    """A store that reports its faults to a journal: failed calls, delays, and content that is not as written.
 
     Calls are numbered from `begin` on; in a replay, `ReplayedStore` repeats the faults at the same calls.
 
     Args:
-        record: called with keywords: `call`, the number of a call, and its fault (`error`, `content`, `pending`).
+        record: a function that takes keyword arguments: `call`, the number of the call, and its fault
+            (`error`, `content`, `pending`).
     """
 
     def __init__(self, store: Store, record: Callable[..., object]) -> None:
@@ -151,7 +153,7 @@ class JournaledStore:
         self.store = ReplayedStore(self._known.data, faults, self._calls)
 
     def attach(self, store: Store) -> None:
-        """Keep the content in another store from now on; write to this store only if its content differs.
+        """Keep the content in `store` from now on; write it there only if `store` has a different content.
 
         Raises:
             OSError: the new store could not be written; the content remains in the present store.

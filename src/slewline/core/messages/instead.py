@@ -112,8 +112,8 @@ def seal(cls: type) -> None:
 def names_for_users(one: object) -> list[str]:
     """Return the names that `dir` lists for an object: private names, and the names meant for users.
 
-    Of classes in this package, the names meant for users are in `_for_users`; of classes in other packages,
-    all names are.
+    For a class in this package, `_for_users` lists the names meant for users; for a class in another
+    package, all names are meant for users.
     """
     found = {name for name in object.__dir__(one) if name.startswith("_")}
     for base in type(one).__mro__:
@@ -125,7 +125,7 @@ def names_for_users(one: object) -> list[str]:
 
 
 def face(cls: type[C]) -> type[C]:
-    """Make `dir` list only the user-facing names of a class, seal its read-only properties, and return it.
+    """Make `dir` list only the user-facing names of a class; seal its read-only properties; return the class.
 
     For details, see `names_for_users` and `seal`.
     """

@@ -27,7 +27,8 @@ class NameHelp(NamedTuple):
         kind: the noun for an item, such as "register".
         to_set: the remedy for an attempt to set an item.
         names: the names of the items.
-        others: names of other things that users write by mistake, each with the item's name probably meant.
+        others: names of other things that users write by mistake, each with the name of the item that is
+            probably meant.
     """
 
     owner: str

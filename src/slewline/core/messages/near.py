@@ -23,8 +23,8 @@ def hint(name: object, names: Iterable[str]) -> str:
 def near(name: object, names: Iterable[str]) -> list[str]:
     """Return the nearest of `names`, with the fewest slips from `name`, ignoring case; empty if none is near.
 
-    If no name is within the allowed number of slips, an unfinished name yields the name that begins with it,
-    if there is only one.
+    If no name is within the allowed number of slips, but exactly one of `names` begins with `name`, that one
+    is returned.
     """
     wanted, known = bare(str(name)), {each: bare(each) for each in names}
     if not wanted:

@@ -116,7 +116,7 @@ missing(
 
 @dataclass(slots=True)
 class Segment:
-    """A stretch of travel from the instant `start` (ps); it follows the train `playing`, None at rest.
+    """A stretch of travel from the instant `start` (ps); it follows the train `playing`, which is None at rest.
 
     `travel` is the net number of steps of the axis at `start`; each step of the train adds `sign` to it.
     `count` is `travel` without the steps that the position register did not count; each step adds `counts`.
@@ -213,7 +213,7 @@ class Axis:
         """Set the position register now; the motor does not move.
 
         Args:
-            position: the new value; a value outside `positions` wraps into them.
+            position: the new value; a value outside `positions` wraps around into this range.
         """
         self.offset = (position - self.low - self.counted) % self.modulus
         if self.offsets[-1][0] == self.kernel.now:
@@ -260,7 +260,7 @@ class Axis:
     def arrives(self, position: int) -> int | None:
         """Return the instant (ps) at which the position register is promised to reach a value.
 
-        It is None if the present train does not reach the value, or only after the promise ends.
+        It is None if the present train does not reach the value, or reaches it only after the promise ends.
         """
         time, playing = self.would_arrive(position), self.past[-1].playing
         if time is None or playing is None or (playing.until is not None and time >= playing.until):
@@ -341,9 +341,9 @@ class Axis:
         return found
 
     def played(self, start: int, stop: int) -> Iterator[tuple[Segment, Train, int, int]]:
-        """Yield each stretch with steps that begin in start <= t <= stop (ps): the stretch, its train, and a, b.
+        """Yield (stretch, train, a, b) for each stretch with steps that begin in start <= t <= stop (ps).
 
-        These steps are steps a ... b-1 of the train, counted from 0.
+        The steps that begin in this window are steps a ... b-1 of the train, counted from 0.
         """
         first = max(bisect_left(self.past, start, key=_start) - 1, 0)
         for stretch in self.past[first : bisect_right(self.past, stop, key=_start)]:
@@ -463,7 +463,8 @@ class Axis:
     def reached(self, unwrapped: int, ps: int) -> int:
         """Return the instant (ps) at which the train in progress at `ps` brings the register to a value.
 
-        `unwrapped` is the value as in `unwrapped_at`; at least one counted step of the train must lead to it.
+        `unwrapped` is this value, in the form that `unwrapped_at` returns; the train must take at least one
+        counted step to reach it.
         """
         stretch = self.past[max(bisect_right(self.past, ps, key=_start) - 1, 0)]
         offset = self.offsets[max(bisect_right(self.offsets, ps, key=itemgetter(0)) - 1, 0)][1]
@@ -474,7 +475,7 @@ class Axis:
     def driven(self, start: int, stop: int) -> list[tuple[int, int, int, Playing]]:
         """Return the trains that determine the velocity in start <= t <= stop (ps), in chronological order.
 
-        The last step of a train lasts until its end, until the next train moves the axis, or until it is cut
+        The last step of a train lasts until the train ends, the next train moves the axis, or the motion is cut
         off, whichever comes first.  From a cut on, the same train is listed again, with direction 0.
 
         Returns:
@@ -553,7 +554,7 @@ def staircase(times: NDArray[np.int64], values: NDArray[np.float64]) -> tuple[ND
 
 
 def _groups(instants: NDArray[np.int64], starts: list[int]) -> Iterator[tuple[int, slice]]:
-    """Group ascending instants by the last of the ascending `starts` at or before each instant.
+    """Group ascending instants by start: each belongs to the last of the ascending `starts` at or before it.
 
     Instants before the first start belong to the first one.  For each group, yield the index of its start,
     and the slice of `instants` that it covers.

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class Deviation(NamedTuple):
-    """The deviations of a motion from its ideal that are greatest in magnitude.
+    """The greatest deviations, in magnitude, of a motion from its ideal.
 
     Each is the actual value minus the ideal value, clockwise positive.
 
@@ -32,7 +32,7 @@ class Deviation(NamedTuple):
 
 
 def deviation(axis: Axis, ideal: Ideal) -> Deviation:
-    """Return the deviations of an axis from an ideal that are greatest in magnitude.
+    """Return the greatest deviations, in magnitude, of an axis from an ideal.
 
     The time compared is from the ideal's start to its stop, or to now if that is earlier.
     """
@@ -44,9 +44,9 @@ def deviation(axis: Axis, ideal: Ideal) -> Deviation:
     def worst(changes: NDArray[np.int64], of: Callable[[NDArray[np.int64]], NDArray[np.float64]]) -> tuple[float, int]:
         """Return the difference (actual minus ideal) that is greatest in magnitude, and its instant (ps).
 
-        Between `changes`, the instants at which the actual value changes, and the bends of the ideal, both
-        values are monotonic, so the greatest difference is at or just before one of these instants.  `of`
-        returns the differences at given instants.
+        `changes` are the instants at which the actual value changes.  From one such instant, or bend of the
+        ideal, to the next, both values are monotonic, so the greatest difference is at or just before one of
+        them.  `of` returns the differences at given instants.
         """
         at = np.unique(np.concatenate([changes, changes - 1, bends, bends - 1, [start, stop]]))
         at = at[(at >= start) & (at <= stop)]

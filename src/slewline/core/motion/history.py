@@ -142,14 +142,14 @@ class Polyline(Staircase):
 
 
 class History:
-    """Recorded changes of a value, 16 bytes each; to limit memory, only the latest `KEPT` or more are kept.
+    """Recorded changes of a value, 16 bytes each; to limit memory, any before the latest `KEPT` may be dropped.
 
     Once changes have been dropped, the value at instants before the kept ones is NaN.
 
     Args:
         value: the value before the first change.
-        since: the first known instant (ps); until changes are dropped, earlier instants have the value at
-            this one.
+        since: the first known instant (ps); until changes are dropped, earlier instants have the
+            value that holds at `since`.
     """
 
     def __init__(self, value: float = 0.0, since: int = 0) -> None:
@@ -169,7 +169,7 @@ class History:
         return self._values[-1]
 
     def note(self, ps: int, value: float) -> None:
-        """Record the value that holds from an instant (ps) on; no later instant may have been recorded before.
+        """Record the value that holds from an instant (ps) on, which must not precede the last recorded instant.
 
         If several values are recorded for one instant, the last one counts.
         """

@@ -65,7 +65,7 @@ class Ideal:
         return f"<Ideal: {readable(self.start)} to {readable(self.stop)}, {self._x[-1] - self._x[0]:+.0f} steps>"
 
     def until(self, stop: int) -> Ideal:
-        """Return a copy cut off at `stop` (ps), as interrupted; this ideal itself if it ends by then."""
+        """Return a copy cut off at `stop` (ps), marked as interrupted; this ideal itself if it ends by then."""
         if stop >= self.stop:
             return self
         cut: Ideal = object.__new__(type(self))
@@ -120,7 +120,7 @@ FOREVER = 4e6  # seconds: longer than any run
 def duration(velocity: float, distance: float) -> float:
     """Return the time in seconds that a distance takes at a velocity.
 
-    If the velocity is 0, it is FOREVER, or 0 if the distance is 0, too.
+    If the velocity is 0, the time is FOREVER, or 0 if the distance is 0, too.
     """
     return distance / velocity if velocity > 0 else 0.0 if not distance else FOREVER
 

@@ -83,5 +83,5 @@ class Kept:
 
 
 def keep_more(ps: int) -> str:
-    """Return the advice for a query that goes back further than a bench keeps the past, `ps` picoseconds."""
+    """Return the advice for a query that goes back further than the `ps` picoseconds that a bench keeps."""
     return f"make the bench with a longer keep than {readable(ps)!r}"

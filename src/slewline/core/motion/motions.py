@@ -274,6 +274,6 @@ class Motions:
         )
 
     def forget(self, before: int) -> None:
-        """Drop the marks before an instant (ps), and the motions before the last that began by that instant."""
+        """Drop the marks before an instant (ps), and the motions that began by then, except the last of these."""
         del self._started[: max(bisect_right(self._started, before, key=_time) - 1, 0)]
         del self._marks[: bisect_left(self._marks, before, key=_time)]

@@ -194,7 +194,7 @@ class OneAxis:
 
     @answering("deviation()", "; for motion in x.motions(): x.deviation(motion)")
     def deviation(self, motion: MotionStart) -> Deviation:
-        """Return the deviations of the axis from the ideal of a motion that are greatest in magnitude.
+        """Return the greatest deviations, in magnitude, of the axis from the ideal of a motion.
 
         The time compared is from the start of the ideal to its end, or to now if that is earlier.
 

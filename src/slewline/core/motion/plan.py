@@ -4,7 +4,7 @@ rate
        _______________
       /|              |\
     _/ |              | \_
-   | up|     slew     |down|       legs follow each other step by step; a leg has a few runs (interval, count)
+   | up|     slew     |down|       there is no gap between legs; a leg has a few runs (interval, count)
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def steps(runs: Sequence[tuple[int, int]]) -> int:
 
 
 def head(runs: Runs, count: int) -> Runs:
-    """Return the runs that make up the first `count` steps; the last of them is shortened if necessary."""
+    """Return the runs that make up the first `count` steps; the last run is shortened if necessary."""
     out = []
     for interval, n in runs:
         if count <= 0:

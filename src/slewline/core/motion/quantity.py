@@ -3,14 +3,14 @@
     velocity, steps/s                                   position, steps
         ________                                                 _   .. a load: a break
        |        |_____        step: as long as             __|‾   |_|
-    ___|              |____   the train states        ____|
+    ___|              |____   the train specifies     ____|
        first step     rest: 0
 
 The velocity is that of the step train being played (train.py): in a train of steps, 1/interval of the
-step in progress; in a train of cycles, the displacement per cycle.  A step lasts as long as its train
-states, including a read-out that lengthens it; if the next step has to wait longer (STEP INHIBIT,
-ENABLE, the end of the move), the motor is at rest, and the velocity is 0.  The velocity is never derived
-from the time between two steps.
+step in progress; in a train of cycles, the displacement in a cycle divided by its duration.  A step
+lasts as long as its train specifies, including a read-out that lengthens it; if the next step has to
+wait longer (STEP INHIBIT, ENABLE, the end of the move), the motor is at rest, and the velocity is 0.
+The velocity is never derived from the time between two steps.
 
 An outline is a quantity reduced for a picture: a few points per column, each of them exact: the first,
 lowest, highest and last point in the column.
@@ -191,10 +191,10 @@ class Position(Quantity):
         return thinned(outline, start, stop, columns)
 
     def _wraps(self, times: NDArray[np.int64], unwrapped: NDArray[np.int64], turns: NDArray[np.int64]) -> list[int]:
-        """Return the first wrap-around (ps), in either direction, between each two consecutive instants in `times`.
+        """Return the first wrap-around (ps), in either direction, in each interval between consecutive `times`.
 
-        `unwrapped` are the values of `Axis.unwrapped_at` at `times`, which must include all of `turns`.  Pairs
-        of instants without a wrap-around, or whose second instant is a turn, are left out.
+        `unwrapped` holds the values of `Axis.unwrapped_at` at `times`; `times` must include all of `turns`.
+        Intervals without a wrap-around, and intervals that end at one of `turns`, are left out.
         """
         import numpy as np
 
@@ -213,8 +213,8 @@ class Position(Quantity):
     ) -> Outline:
         """Return the changes of the register at ascending `times`, with breaks where it is loaded or wraps around.
 
-        `unwrapped` are the values of `Axis.unwrapped_at` at `times`.  A wrap-around is a break only at one of
-        `steps`; between each of these and the instant before it in `times`, the register must be constant.
+        `unwrapped` are the values of `Axis.unwrapped_at` at `times`.  A wrap-around is a break only at an
+        instant in `steps`; from the preceding instant in `times` until then, the register must be constant.
         """
         import numpy as np
 
@@ -235,7 +235,7 @@ def exceeds(counts: Iterable[int], limit: int) -> bool:
 
 
 def thinned(outline: Outline, start: int, stop: int, columns: int) -> Outline:
-    """Return only the points of an outline that its picture needs.
+    """Return an outline reduced to the points that its picture needs.
 
     These are the first, lowest, highest and last point in each column, and the breaks between them.
     """

@@ -49,7 +49,7 @@ class TrainView:
 class StepView(TrainView):
     """An output that shows each step of the train being played.
 
-    It is low from the start of a step until the tick `rise` of this step, otherwise high.
+    It is low from the start of a step until the tick that `rise` returns for this step, and otherwise high.
     """
 
     __slots__ = ()

@@ -51,7 +51,7 @@ class Train(Events):
     def ends(self, first: int = 0, last: int | None = None) -> NDArray[np.int64]:
         """Return `end(k)` for k = first ... last-1, but in ticks counted from `origin`: (n,) int64, ascending.
 
-        By default, these are the starts of all steps.
+        By default, k is 0 ... steps-1, and the ticks are those at which the steps start.
         """
         raise NotImplementedError
 
@@ -78,8 +78,9 @@ class Train(Events):
     def extremes(self, since: int, to: int) -> tuple[list[int], list[float]]:
         """Return the first, lowest, highest and last velocity in since <= tick < to, in chronological order.
 
-        A velocity that is several of these is listed once.  The result is a list of the ticks from which the
-        velocities hold, and a list of the velocities, in steps/s; all ticks are counted from `origin`.
+        A velocity that is, for example, both the first and the lowest is listed once.  The result is a list of
+        the ticks from which the velocities hold, and a list of the velocities, in steps/s; all ticks are
+        counted from `origin`.
         """
         ticks, speeds = self.velocities(since, to)
         chosen = sorted({0, int(speeds.argmin()), int(speeds.argmax()), len(ticks) - 1})
@@ -188,7 +189,7 @@ def run_table(runs: tuple[tuple[int, int], ...]) -> RunTable:
 def shown(intervals: list[int]) -> list[int]:
     """Return the indices of the first, the longest, the shortest and the last interval, ascending.
 
-    An interval that is several of these is listed once.
+    An interval that is, for example, both the first and the longest is listed once.
     """
     return sorted({0, intervals.index(max(intervals)), intervals.index(min(intervals)), len(intervals) - 1})
 
@@ -280,7 +281,7 @@ class StepTrain(Train):
         return out
 
     def _cumulate(self, out: NDArray[np.int64], i: int, j: int, first: int, last: int) -> None:
-        """Write the starts of steps into `out`, which covers steps first ... last-1: those in runs i ... j-1."""
+        """Write the starts of the steps in runs i ... j-1 into `out`, which covers steps first ... last-1."""
         import numpy as np
 
         if i == j:

@@ -2,5 +2,5 @@
 
 An event for listeners is a `Hook` (`hook.py`) named on_..., with a row in tests/system/test_hooks.py.  A method with
 which a user operates a chip or a part is declared with `@from_outside` (`inputs.py`) and calls `self.input(verb, ...)`;
-consequences of an input that has already been reported run inside `with outside.nested()` (`outside.py`).
+the consequences of an already reported input are run inside `with outside.nested()` (`outside.py`).
 """

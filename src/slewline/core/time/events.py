@@ -47,7 +47,7 @@ When: TypeAlias = "int | NotYet | None"
 
 
 def ask_at(when: When) -> int | None:
-    """Return the instant (ps) of an event, or at which to query again (NotYet); None if no event is foreseen."""
+    """Return the instant (ps) of an event; for NotYet, the instant to query again; None if none is foreseen."""
     return when.at if isinstance(when, NotYet) else when
 
 
@@ -57,7 +57,7 @@ def earliest(whens: Sequence[When]) -> int | None:
 
 
 def later(when: When, lag_ps: int) -> When:
-    """Return a time made `lag_ps` later: the instant of an event, or that of a NotYet; None remains None."""
+    """Return a time `lag_ps` later, whether it is the instant of an event or of a NotYet; None remains None."""
     if isinstance(when, NotYet):
         return NotYet(when.at + lag_ps)
     return None if when is None else when + lag_ps

@@ -86,7 +86,7 @@ missing(Hook, **dict.fromkeys(("append", "connect", "subscribe", "register", "li
 
 
 class CommandHook(Hook[[str]]):
-    """The hook for the current command of a chip; when it ends, or after a reset, "" (none) is reported once."""
+    """The hook for a chip's current command; "" (none) is reported once when the command ends or after a reset."""
 
     __slots__ = ("text",)
 

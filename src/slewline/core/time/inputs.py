@@ -2,7 +2,7 @@
 
     @from_outside
     def press(self, key: str) -> None:
-        self.input("press", key)        reported outside the run: a journal records it, and a replay calls it again
+        self.input("press", key)     reported outside the run: journals record the call, replays repeat it
 
 A journal may come from anywhere; its replay calls only methods that are declared in this way.
 """

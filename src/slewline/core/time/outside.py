@@ -26,7 +26,7 @@ class Outside:
     `on_input` is called with every external input: the verb and its arguments, as plain data that can be
     recorded and repeated.  `write` is called after all listeners of `on_input`, just before the input takes
     effect; so inputs that a listener makes, or time that it lets pass, are recorded before the input itself.
-    `let_pass` lets time pass until a condition is met, or raises Timeout; None means that time cannot pass.
+    `let_pass` lets time pass until a condition is met, or raises Timeout; if it is None, time cannot pass.
     """
 
     __slots__ = ("_inside", "_queueing", "let_pass", "on_input", "write")

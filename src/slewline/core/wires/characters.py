@@ -20,7 +20,7 @@ MAX_BITS = 8
 
 
 class FrameTable:
-    """The waveforms of all bytes in one character format at one rate, and the bytes for sampled levels.
+    """The waveforms of all bytes in one character format at one rate, and the bytes read from sampled levels.
 
     Both are computed when first used, and cached.
     """
@@ -43,7 +43,7 @@ class FrameTable:
         return self._levels[byte]
 
     def read(self, seen: tuple[Level, ...]) -> tuple[int, bool, bool]:
-        """Return the byte that levels sampled at mid-bit represent: (byte, parity is wrong, framing is wrong)."""
+        """Return the byte represented by levels sampled at mid-bit: (byte, parity is wrong, framing is wrong)."""
         if seen not in self._read:
             word, bits = self.word, [int(level == self.mark) for level in seen]
             byte = sum(bit << n for n, bit in enumerate(bits[1 : 1 + word.bits]))
@@ -119,11 +119,11 @@ async def transmit(driver: Driver, frames: FrameTable, data: bytes, fault: str =
 
 
 def handed_over(driver: Driver, line: Characters) -> bool:
-    """Pass a line that begins now straight to the receivers on the wire; return False if it must be driven.
+    """Pass a line that begins now directly to the receivers on the wire; return False if it must be driven.
 
-    The line can be passed straight, without a commit, if the running task is alone in its round, if `driver`
-    is the only one that drives the wire, and if all that observe the wire are receivers at rest with the
-    same character format.
+    The line can be passed directly, without a commit, if the running task is alone in its round, if no
+    driver other than `driver` drives the wire, and if all observers of the wire are receivers at rest with
+    the character format of the line.
     """
     root, kernel = driver.net, driver.kernel
     active = root.active
@@ -159,7 +159,7 @@ def handed_over(driver: Driver, line: Characters) -> bool:
 
 
 def faulty(line: Characters, fault: str) -> Wave:
-    """Return the wave of a line with a "parity" or "framing" fault in each character; other texts: no fault."""
+    """Return the wave of a line with `fault` in each character: "parity" or "framing"; other values: no fault."""
     frames = line.frames
     times: list[int] = []
     levels: list[int] = []

@@ -1,6 +1,6 @@
 r"""Exchanges as values: a transfer between two ends costs nothing on the wires while they are not observed.
 
-    strobe         ‾‾‾‾\___/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾     a `DrawnLine`, whose edges are queried and not run
+    strobe         ‾‾‾‾\___/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾     a `DrawnLine`, whose edges are queried, not run as events
     bus            ----<  byte  >----------     a `DrawnLine`
     by value             one call          |    a probe or another driver is added: withdraw
     edge by edge                           |    the rest is waves, which the ends watch
@@ -115,9 +115,10 @@ class PastExchanges:
         return waves[0].level(ps) if len(waves) == 1 else self.net.wired([wave.level(ps) for wave in waves])[0]
 
     def _edges(self, start: int, stop: int | None) -> Iterator[tuple[list[int], list[Level]]]:
-        """Yield the edges in start < t <= stop (ps), by exchange: one at its start, to its first level; its others.
+        """Yield, for each exchange, its edges in start < t <= stop (ps): the one at its start, then the others.
 
-        `stop` is None for no limit.  Edges are yielded as two lists: the instants, and the levels after them.
+        The edge at its start is to its first level.  `stop` is None for no limit.  Edges are yielded as two
+        lists: the instants, and the levels after them.
         """
         starts = self.starts
         for number in range(max(bisect_right(starts, start) - 1, 0), len(starts)):
@@ -144,11 +145,12 @@ class Exchange:
     Args:
         led: the drivers of the leading end, each with a function that returns its wave for a state of the
             exchange.  When an exchange is withdrawn, these drivers play the rest of it.
-        answering: the drivers of the answering ends, each with a function of that kind.  When an exchange is
-            withdrawn, these drivers keep their levels until their end is notified of the next edge.
+        answering: the drivers of the answering ends, each with such a function.  When an exchange is
+            withdrawn, each of these drivers keeps its level until its answering end is notified of the next
+            edge.
         ends: the ends that watch the nets.
-        withdrawn: called when an exchange is withdrawn, before the ends watch their nets again, with the last
-            instant (ps) for which the exchange by value holds.
+        withdrawn: called with the last instant (ps) for which the exchange by value holds, when an exchange
+            is withdrawn, before the ends watch their nets again.
 
     Attributes:
         state: the state of the current or the last exchange; the waveforms of the drivers follow from it

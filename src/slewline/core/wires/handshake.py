@@ -87,7 +87,7 @@ class HandshakenBytes:
         return min(self.passed(ps, self.times.kept), len(self.data) - 1)
 
     def latest_edge(self, ps: int) -> int:
-        """Return the instant (ps) of the last edge of I/O REQUEST at or before `ps`; if none is, of the first edge."""
+        """Return the instant (ps) of the last I/O REQUEST edge at or before `ps`, or of the first if all are later."""
         number = self.current(ps)
         risen = self.instant(number, self.times.busy)
         return risen if risen <= ps else self.request_of(number)
@@ -150,7 +150,8 @@ class TakingEnd(End, Protocol):
     """The chip's end, which accepts bytes.
 
     Attributes:
-        awaiting: True while the chip waits for I/O REQUEST; `awaited`: the pairs (net, level) that end it.
+        awaiting: True while the chip waits for I/O REQUEST; `awaited`: the pairs (net, level) that end this
+            wait.
         token: the token of the chip's task when it began to wait.
         watched_nets: the nets, other than I/O REQUEST, on whose levels the chip depends.
         instrobe: the output that shows when the bus is read; None if the chip has none.
@@ -189,7 +190,7 @@ class TakingEnd(End, Protocol):
         """
 
     def counted(self, low: bool) -> None:
-        """Record which change of I/O REQUEST was its last fall; `low`: True if it has not risen again since."""
+        """Record which change of I/O REQUEST was its last fall; if `low`, the line has not risen since then."""
 
 
 class Handshakes(Exchange):
@@ -224,7 +225,7 @@ class Handshakes(Exchange):
     # -------------------------------------------------------------------------------------------------------- by value
     @property
     def opened(self) -> bool:
-        """True while bytes are sent by value and READY has returned high after the last byte."""
+        """True while the exchange is made by value, once READY has returned high after the last byte."""
         return self.by_value and self.state.opened is not None
 
     def send(self, coming: HandshakenBytes) -> bool:

@@ -96,7 +96,8 @@ class Driver:
     def put(self, level: Level) -> None:
         """Put a level on the net immediately if no observer could see a difference; otherwise, act like `drive`.
 
-        No observer could if the running task is alone in its round; this task must not read the net in that round.
+        No difference is visible if the running task is alone in its round; the task must not read the net in
+        that round.
         """
         net, kernel = self.net, self.kernel
         if not kernel.sole or net.plain is not self or self.pending or net.observers:
@@ -215,7 +216,7 @@ class TakesWhole(Protocol):
         """Receive a line (`characters.Characters`) that begins now, from a sender that has promised it."""
 
     def one_by_one(self) -> None:
-        """Take each character when it is complete, from now on, while the net has observers."""
+        """Take characters one at a time from now on, each when it is complete, while the net has observers."""
 
 
 class ByValue(Protocol):
@@ -254,8 +255,8 @@ class Net:
             none: `is_active` and `is_inactive` then raise an AttributeError.
 
     Attributes:
-        when_active, when_inactive: the pair of the net and its active or inactive level, for a task to wait
-            for.
+        when_active, when_inactive: the pairs (net, active level) and (net, inactive level), for which a task
+            can wait.
         changes: the number of its edges, counted while it is watched.
         changed_at: the instant of the last edge, ps.
     """
@@ -358,7 +359,7 @@ class Net:
         return bool(self.waiters or self.before_change or self.latched)
 
     def register(self, task: Task, wanted: Level) -> None:
-        """Register a task that waits for a level, 0 or 1, which the net does not have yet, or (None) for any change."""
+        """Register a task that waits for any change (None), or for a level, 0 or 1, that the net does not have yet."""
         if len(self.waiters) > STALE:
             self.drop_ended()
         self.waiters.append((task, task.token, wanted))
@@ -659,7 +660,7 @@ class Bus(Net):
         return 0xFF if level is None else int(level[1] | ~level[0] & 0xFF)
 
     def bit(self, number: int) -> int | None:
-        """Return the level of the wire `number`, from 0 to 7: 0, 1, or None while that wire is not driven."""
+        """Return the level of wire `number` (0 to 7): 0, 1, or None while that wire is not driven."""
         level = self.level
         if level is None or not level[0] >> number & 1:
             return None

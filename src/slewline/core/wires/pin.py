@@ -22,8 +22,8 @@ class Condition:
 
     Attributes:
         text: a description of the condition, for messages.
-        nets: the nets that are watched during the wait, so that the run has an instant at each of their
-            promised edges.
+        nets: the nets that are watched during the wait, so that each of their promised edges becomes
+            an instant of the run.
     """
 
     text = ""
@@ -99,7 +99,7 @@ class EitherCondition(Condition):
         return any(condition.met() for condition in self.of)
 
     def when(self) -> int | None:
-        """Return the first instant (ps) at which a condition is promised to be met; None if neither is foreseen."""
+        """Return the first instant (ps) at which either condition is promised to be met; None if none is foreseen."""
         return min((time for condition in self.of if (time := condition.when()) is not None), default=None)
 
 

@@ -47,7 +47,7 @@ class Character(NamedTuple):
 
 
 class CharacterHook(Hook[[Character]]):
-    """The hook that is called with each received character; while it has listeners, no character is taken late."""
+    """The hook called with each received character; while it has listeners, each is taken when complete."""
 
     __slots__ = ("receiver",)
 
@@ -65,8 +65,8 @@ class CharacterHook(Hook[[Character]]):
 class Receiver:
     """The receiving half of a UART; `receiving` is true within a character.
 
-    The rate and the format may change between two characters; so may the net, when it is joined to another
-    net.
+    The rate and the format may change between two characters; so may the net, which is replaced when it
+    is joined to another net.
 
     Args:
         net: the wire, whose level is `mark` at rest.
@@ -128,9 +128,9 @@ class Receiver:
             taken: called with each character on which the owner acts, or which was received individually, in the
                 middle of its first stop bit.
             passed: called with good characters on which the owner does not act, some time after their end.
-            acts: called with the bytes of a line and an index; returns the index of the first byte, there or
-                later, on which the owner acts; -1 if it acts on none.  Without this function, the owner acts on
-                every character.
+            acts: called with the bytes of a line and an index; returns the index of the first byte, at
+                or after that index, on which the owner acts; -1 if it acts on none.  Without this function, the
+                owner acts on every character.
         """
         self.taken, self.acts, self.task = taken, acts, self.kernel.current()
         if passed is not None:
@@ -177,7 +177,7 @@ class Receiver:
         self.broken = False
 
     def _start_found(self) -> None:
-        """Start to receive the line of which a character begins now or, if there is none, a single character."""
+        """Start to receive the line in which a character begins now; if there is no line, a single character."""
         now = self.kernel.now
         if self.whole_lines and (line := self._line_on_wire(now)) is not None:
             self.line, self.at = line, (now - line.start) // self.frames.length
@@ -229,7 +229,7 @@ class Receiver:
             self.seen += self.net.levels_before(looks[done:over])
 
     def before_change(self) -> None:
-        """Before the wire changes, withdraw the plan for a line or, within a character, take the samples now due."""
+        """Before the wire changes, withdraw the plan for a line, if there is one; else take the samples now due."""
         if self.line is not None:
             self.withdraw()
         elif self.looks:
@@ -269,13 +269,13 @@ class Receiver:
         return len(line.data) if number < 0 else number
 
     def _plan(self, line: Characters) -> int:
-        """Find the next character on which the owner acts, or else the last; return when it is complete (ps)."""
+        """Find the next character on which the owner acts (if none, the last); return when it is complete (ps)."""
         self.acts_at = number = self._acts_next(line)
         self.due = due = self._complete_at(line, min(number, len(line.data) - 1))
         return due
 
     def take_over(self, line: Characters) -> None:
-        """Receive a line that a sender hands over at its start, planning it as if the start bit had been detected."""
+        """Receive a line that a sender hands over at its start; plan it as if its start bit had been detected."""
         task: Task = self.task  # type: ignore[assignment]  # a receiver at rest has one
         self.line, self.at, self.rests = line, 0, False
         task.token += 1

@@ -126,7 +126,7 @@ def disagreement(who: str, mine: LineSetting, whom: str, receiver: ReceivingEnd)
 
 
 def rate_disagreement(who: str, baud: int | str, whom: str, receiver: ReceivingEnd) -> str:
-    """Return text like that of `disagreement`, comparing only the rates, if the format of `who` is not known."""
+    """Return text as `disagreement` does, but compare only the rates; used if the format of `who` is not known."""
     theirs = receiver.setting
     if str(baud) == str(theirs.baud):
         return ""
@@ -172,7 +172,7 @@ class Straps:
     `setting` is the setting in use: the part reads its straps when it is switched on.
 
     Args:
-        port: the channel of the part that describes the line and its straps.
+        port: the part's channel, which describes the line and its straps.
         pins: the part's pins, keyed by name.
         kept: the bits that are set in every checksum.
         address: a fixed address, regardless of the pins; None for the address that the pins select.

@@ -170,7 +170,7 @@ class Inverted(Repeated):
     __slots__ = ()
 
     def clock(self, level: int, since: int) -> Events:
-        """Return the edges to a level after an instant (ps), which are the edges of the input to the other level."""
+        """Return the edges to a level after an instant (ps), which are the input's edges to the opposite level."""
         return super().clock(1 - level, since)
 
     def level_of(self, ps: int) -> Level:
@@ -319,7 +319,7 @@ class Delayed(View):
         return any(floats(what) for _, what in self.pieces)
 
     def holds(self) -> int | None:
-        """Return the instant (ps) before which the output is known: the input's plus the delay; None if forever."""
+        """Return the input's bound (ps) plus the delay, before which the output is known; None if it has none."""
         last = self.pieces[-1][1]
         return last.until + self.lag_ps if promised(last) and last.until is not None else None
 
@@ -405,7 +405,7 @@ def _rows(count: int) -> tuple[tuple[int, ...], ...]:
 
 @lru_cache(maxsize=256)
 def deciding(table: tuple[int, ...]) -> frozenset[tuple[int, bool]]:
-    """Return the pairs (gate input, level) each of which determines the output, regardless of the other inputs."""
+    """Return the pairs (gate input, level) that each determine the output, regardless of the other inputs."""
     inputs = range(len(table).bit_length() - 1)
     return frozenset(
         (n, bool(level))

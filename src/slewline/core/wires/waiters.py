@@ -22,7 +22,7 @@ def wait_until(kernel: Kernel, ps: int) -> bool:
 
 
 def wait_at_rest(net: Net, rest: int) -> None:
-    """Register the running task for the end of the level `rest`, 0 or 1, of a net without a foreseen edge."""
+    """Register the running task to be woken when a net without a foreseen edge leaves level `rest`, 0 or 1."""
     net.value = rest  # while nothing waited for it, it did not follow its promise
     net.waiters.append((net.kernel.task, net.kernel.task.token, 1 - rest))  # type: ignore[union-attr,arg-type]
 

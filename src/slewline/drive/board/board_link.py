@@ -46,9 +46,10 @@ class Link(Outbox):
     """Frames to and from one board.
 
     `answer` is the last answer, with its tick unwrapped; `backlog` is the number of records that the
-    board has not taken yet; `free` is the number of its slots that remain free after the backlog.  `damaged`
-    counts damaged frames from the board, `resent` counts the commands that the host has sent again.
-    `at_rest`, set by the owner: the motor is at rest, and no step is pending.
+    board has not taken yet; `free` is the number of slots that will be free on the board after
+    it has taken the backlog.  `damaged` counts damaged frames from the board, `resent` counts the
+    commands that the host has sent again.  `at_rest`, set by the owner: the motor is at rest, and no step is
+    pending.
 
     `on_event` is called with each event of the board once, in order, with its tick unwrapped.  `on_boot` is
     called when the board has restarted; pending commands are discarded, and the board must be opened again.
@@ -143,7 +144,7 @@ class Link(Outbox):
         return self.answer.free - in_flight if self.answer else 0
 
     def due_ns(self) -> int | None:
-        """Return when `outgoing` may next return bytes (ns), if none are received before; None while closed."""
+        """Return when (ns) `outgoing` may next return bytes, unless bytes are received first; None while closed."""
         if not (self._opening or self.is_open):
             return None
         if not self._flight:
@@ -338,7 +339,7 @@ class Link(Outbox):
             self.on_refused(answer)
 
     def _again(self, flight: SentFrame) -> None:
-        """Send the command of a lost frame, and all later commands, again: the board could not take those, either."""
+        """Send the command of a lost frame again, and all later ones, which the board could not take without it."""
         command = flight.command
         if command is None or command.copies != flight.copy:
             return

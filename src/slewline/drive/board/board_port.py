@@ -114,7 +114,7 @@ class BoardSerial:
         return data
 
     def write(self, data: bytes) -> int:
-        """Send bytes, and keep any for which there is no room until the next `read` or `write`; return len(data).
+        """Send bytes; any for which there is no room are kept for the next `read` or `write`; return len(data).
 
         Raises:
             OSError: the port is gone.

@@ -1,7 +1,7 @@
 """Commercial boards: their limits, and the purpose of each pin.
 
-A board reports in its IDENT which row of `BOARDS` describes it.  With the messages of wire.py, the host
-needs no more than this row.  The firmware has further requirements on the pins: STEP is OC1A, the output
+A board reports in its IDENT which row of `BOARDS` describes it.  Besides the messages of wire.py, the
+host needs only this row.  The firmware has further requirements on the pins: STEP is OC1A, the output
 of timer 1; `loop` is T0, the input of timer 0; the inputs are bits 0 to 5 of one port, all on one pin
 change interrupt; the phases are the high half of one port; IN, OUT and SBIS can address the ports of
 STEP and of the phases.

@@ -136,7 +136,7 @@ class BoardClock:
         return self._doubt >= 0
 
     def unwrap(self, tick: int) -> int:
-        """Return the tick nearest to the latest known one that equals `tick` modulo 2^32."""
+        """Return the tick that equals `tick` modulo 2^32 and is nearest to the latest known tick."""
         return _nearest(tick, self._newest)
 
     # --------------------------------------------------------------------------------------------------- present time

@@ -51,7 +51,7 @@ def crc(data: bytes) -> int:
 def stuff(data: bytes) -> bytes:
     """Return the zero-free COBS encoding of at most 253 bytes, without the terminating zero.
 
-    No frame is longer than that.
+    No frame is longer than 253 bytes before it is encoded.
     """
     return b"".join(bytes((len(part) + 1,)) + part for part in data.split(b"\0"))
 

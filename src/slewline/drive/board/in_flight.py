@@ -27,8 +27,8 @@ class SentFrame:
 class EventOrder:
     """The events of a board, each once and in order, starting with number `first`.
 
-    `lost` counts the events that the board has discarded; `asked` has the earliest time (ns)
-    of the next request, keyed by number, for missing events that have already been requested.
+    `lost` counts the events that the board has discarded; `asked` has, for each missing
+    event already requested, the earliest time (ns) of the next request; it is keyed by number.
     """
 
     def __init__(self, first: int) -> None:
@@ -70,7 +70,7 @@ class EventOrder:
     def missing(self, in_flight: Set[int | None]) -> list[tuple[int, int]]:
         """Return (number, time to request it in ns) for each missing event that is not in `in_flight`.
 
-        `in_flight` has the numbers of the events for which a request is pending; 0 is a time in the past.
+        `in_flight` has the numbers of the events for which a request is pending; a time of 0 means "now".
         """
         count = (self._known - self._next) % 256
         numbers = ((self._next + more) % 256 for more in range(count))

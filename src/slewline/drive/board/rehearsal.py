@@ -61,7 +61,7 @@ class TwinPort:
         """Return None: there is no descriptor to wait for."""
 
     def write(self, data: bytes) -> int:
-        """Send bytes to the board, whose STEP output is wired to its counter input; return the number of bytes."""
+        """Send bytes to the board and return their number; the board's STEP output is wired to its counter input."""
         tick = self._present()
         self.twin.receive(data, tick)
         for frame in self._decoder.feed(data):

@@ -1,10 +1,10 @@
 r"""The step-by-step motion of a board: records, brake and tail, reflexes and outputs, and their events.
 
-A brake makes the scheduled step (an underrun has none), then one more if that follows within less than
-640 ticks, and then the tail: steps from the table that the host sent last.  The number of tail steps,
-and the first entry used, follow from the record of the scheduled step, if that record has WAY (RAMP_LEFT
-in records.py): a count of steps, which changes by -1, 0 or 1 with each step.  So a board ramps down from
-any step as the emulated chip would, without knowing how the chip computes its ramps:
+A brake makes the scheduled step (an underrun has none), then the following one, too, if it is less
+than 640 ticks later, and then the tail: steps from the table that the host sent last.  The number of
+tail steps, and the first entry used, follow from the record of the scheduled step, if that record has
+WAY (RAMP_LEFT in records.py): a count of steps, which changes by -1, 0 or 1 with each step.  So a board
+ramps down from any step as the emulated chip would, without knowing how the chip computes its ramps:
 
     rate        ________
               _/        \_           up        the way back: less than the whole table, longer with each step or level
@@ -102,7 +102,7 @@ class MovingTwin:
         return None
 
     def set_input(self, number: int, level: int, tick: int) -> None:
-        """Sample the level of an input at a tick; of inputs that change together, sample the lowest number first."""
+        """Sample the level of an input at a tick; if several change together, call this in ascending order."""
         self.run(tick)
         if self.inputs >> number & 1 == bool(level):
             return

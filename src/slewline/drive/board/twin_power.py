@@ -71,7 +71,7 @@ class TwinPower:
             self.unsure = False
 
     def begin_motion(self) -> None:
-        """Record the start of a motion; without current the motor does not follow it, so `unsure` becomes True."""
+        """Record the start of a motion; if there is no current, the motor cannot follow, so `unsure` becomes True."""
         self.unsure |= not self.on
 
     def cut(self, moving: bool, tick: int) -> None:

@@ -96,7 +96,7 @@ class FrameResult(IntEnum):
 
 
 class Reflex(IntEnum):
-    """Immediate reactions of a board to an active input; STOP and BRAKE may be UPWARDS or DOWNWARDS only."""
+    """Immediate reactions of a board to an active input; STOP and BRAKE may be limited to UPWARDS or DOWNWARDS."""
 
     NONE = 0
     STOP = 1
@@ -108,7 +108,7 @@ class Reflex(IntEnum):
 
 
 class DriverFlag(IntFlag):
-    """Properties of the driver: ENABLE is wired, and its active level known; DRY: a dry run (no edges on STEP)."""
+    """Properties of the driver; ENABLE: wired, with known active level; DRY: a dry run (no edges on STEP)."""
 
     ENABLE = 1
     DRY = 2
@@ -123,7 +123,7 @@ class EnableOff(IntEnum):
 
 
 class ResetFlag(IntFlag):
-    """Flags of RESET: it sets the count; the count is the motor's position; the driver may be switched on."""
+    """Flags of RESET: POSITION: it sets the count; KNOWN: it is the motor's position; POWER: power may be on."""
 
     POSITION = 1
     KNOWN = 2
@@ -174,8 +174,8 @@ class BoardEvent(NamedTuple):
 class Ident(NamedTuple):
     """The properties of a board.
 
-    `slots`: records that its queue holds; `tail`: entries that its stop ramp holds; `room`: bytes of frames
-    that may be unanswered; `shortest`: shortest interval between steps, in ticks; `hz`: ticks per second.
+    `slots`: records that its queue holds; `tail`: entries that its stop ramp holds; `room`: the most bytes
+    of unanswered frames; `shortest`: shortest interval between steps, in ticks; `hz`: ticks per second.
     """
 
     wanted: int
@@ -366,7 +366,7 @@ def tail_payload(first: int, entries: Sequence[tuple[int, int]]) -> bytes:
 
 
 def tail_entries(payload: bytes) -> tuple[int, list[tuple[int, int]]] | None:
-    """Return the index of the first entry, and the entries, of TAIL; None if not 1 to 10 whole entries."""
+    """Return the index of the first entry, and the entries, of TAIL; None unless it has 1 to 10 whole entries."""
     if not 1 + _ENTRY.size <= len(payload) <= 1 + ENTRIES_A_FRAME * _ENTRY.size or (len(payload) - 1) % _ENTRY.size:
         return None
     return payload[0], [(interval, count) for interval, count in _ENTRY.iter_unpack(payload[1:])]

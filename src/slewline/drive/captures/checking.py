@@ -87,9 +87,9 @@ def check_capture(
             "falling" or "both".
         forward: the level of DIR at which positions count up, 0 or 1.
         idle: the level assumed for STEP where it floats or is unknown, as for `Waveforms.steps`.
-        glitch: pulses and gaps shorter than this are glitches; the default depends on the median pulse and
-            the median gap of STEP: half of the shorter one or, for DIR, the whole of it; with edge "both",
-            where each pulse or gap lasts a whole step, none is a glitch by default.
+        glitch: pulses and gaps shorter than this are glitches; by default, half of the median pulse or
+            the median gap of STEP, whichever is shorter (for DIR, the whole median instead of half of
+            it); with edge "both", where each pulse or gap lasts a whole step, none is a glitch by default.
         part: the part whose pins were recorded, such as "cy525": the limits of its data sheet are checked,
             too.
         pins: the signals of the recorded pins, keyed by pin name: {"pulse": "D0", "direction": "D1"}.
@@ -215,7 +215,10 @@ def _checked(name: str, limit: Limit, signals: Mapping[str, SignalEdges], crysta
 def _of_part(
     waves: Waveforms, part: str, pins: Mapping[str, str], crystal: str | int | None, doubt: int
 ) -> Iterator[Checked]:
-    """Yield the limits of a part that involve a recorded pin: checked, or naming a needed pin that is missing."""
+    """Yield the limits of a part that involve a recorded pin, each checked against the recording.
+
+    A limit that also needs a pin that was not recorded is not checked, but yielded with that pin's name.
+    """
     sheet = sheet_of(part)
     known = {pin.name for pin in sheet.pins}
     for pin in pins:

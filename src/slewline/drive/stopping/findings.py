@@ -37,7 +37,7 @@ class DriveFindings:
         return axis.low + (axis.position - counted - axis.low) % axis.modulus
 
     def taken_over(self, missing: int) -> None:
-        """Report that the chip has made `missing` net steps more than the motor, if not 0; correct its register."""
+        """Report `missing` net steps that the chip made and the motor did not, if any; correct the chip's register."""
         if missing:
             register = self.register(missing)
             self.report(

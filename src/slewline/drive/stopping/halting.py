@@ -17,7 +17,7 @@ KEEPING = ("abort", "kill")  # modes that keep the registers
 
 
 def stop_modes_of(chip: Chip) -> list[str]:
-    """Return the stop modes of a chip: the ones of "abort", "kill", "reset" and "power" that can stop it."""
+    """Return the stop modes of a chip: each of "abort", "kill", "reset" and "power" that can stop it."""
     roles = {row.role for row in chip.sheet.pins if row.in_out in ("in", "both")}
     return [
         mode for mode in STOP_MODES if mode in roles or mode == "power" or (mode == "kill" and hasattr(chip, "kill"))
@@ -39,8 +39,8 @@ def stop_mode(chip: Chip, how: str | None) -> str:
 class StopChip:
     """The piece that stops the chip, and makes it take over the board's count once the chip is at rest.
 
-    It uses inputs of the chip, the effect of its command to end everything (K of a GS-C), its reset, or its
-    supply.  After a reset or a loss of supply, the registers have power-up values, and the user must home.
+    It uses inputs of the chip, the effect of the command that ends everything (K of a GS-C), the reset, or
+    the supply.  After a reset or a loss of supply, the registers have power-up values; the user must home.
 
     Args:
         how: "abort", "kill", "reset" or "power".

@@ -19,7 +19,7 @@ class Cause(NamedTuple):
     lead_ps: int = 0  # time from the first input to the stop of the motor
 
     def at(self, instant: int) -> list[dict[str, Any]]:
-        """Return the inputs: the first moved so that the motor stops at an instant (ps), no other earlier than it."""
+        """Return the inputs, the first moved so as to stop the motor at an instant (ps); none precedes the first."""
         first = instant - self.lead_ps
         return [
             {**entry, "t": first if number == 0 else max(int(entry["t"]), first)}
@@ -61,7 +61,7 @@ def named(chip: Chip, text: str) -> str:
 
 
 def travelled(axis: Axis, start: int, stop: int) -> tuple[list[int], list[int], int]:
-    """Return the steps at start <= t <= stop (ps): instants, travel after each, last one's direction (0: none)."""
+    """Return the steps at start <= t <= stop (ps): instants, travel after each, and last direction (0: none)."""
     times: list[int] = []
     travel: list[int] = []
     sign = 0

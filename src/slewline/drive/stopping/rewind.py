@@ -4,13 +4,12 @@
     board     ......| stops at k                 by its reflex, immediately, and reports the instant
     rewound         |....... now'                another bench, in which the pin changed at m; it stops at k by itself
 
-Meanwhile the motor is at rest.  No output of the first run after m has left the cable.  *The count
-overrides the time stamp*: if the chip samples the pin between the time stamp and the step,
-the model would make one step more or fewer than the board made; the input is then moved past the next
-sample, until the counts agree.  If no instant leads to the board's count, the run with the nearest count is
-used, and the position register is set to the position of the motor.  If the chip does not stop, or going
-back would take longer than is allowed, or the time stamp is older than the last rest, the chip is stopped at
-the present, and takes over the count of the board: the finding is `late-input`.
+Meanwhile the motor is at rest.  No output that the first run made after m has left the cable.  *The count overrides the
+time stamp*: if the chip samples the pin between the time stamp and the step, the model would make one step more or
+fewer than the board made; the input is then moved past the next sample, until the counts agree.  If no instant leads to
+the board's count, the run with the nearest count is used, and the position register is set to the position of the
+motor.  If the chip does not stop, or going back would take longer than is allowed, or the time stamp is older than the
+last rest, the chip is stopped at the present, and takes over the count of the board: the finding is `late-input`.
 
 A host command that acts immediately (`at_once` of its row) bypasses the horizon on its way to the board;
 going back moves the command like an input.  An input that holds the motor counts as an input that
@@ -93,7 +92,7 @@ class Rewind:
 
     # ------------------------------------------------------------------------------------------------------ each turn
     def before_turn(self) -> None:
-        """Bring the past up to date at rest; prepare the board when a homing run begins; called before each turn."""
+        """Before each turn: update the past if the axis is at rest; prepare the board if a homing run begins."""
         state = self.state
         if state.phase != "ok":
             return
@@ -233,11 +232,11 @@ class Rewind:
 
     @property
     def settled(self) -> bool:
-        """True while no stop waits for going back, and the chip is at rest at the position of the motor."""
+        """True while no stop remains to be reproduced, and the chip is at rest at the position of the motor."""
         return self.stop is None and self.otherwise.settled
 
     def clear(self) -> None:
-        """Release a chip that was stopped without going back; discard the known levels: changes may be unreported."""
+        """Release a chip stopped without going back; discard the known input levels: changes may be unreported."""
         self.levels.clear()
         self.otherwise.clear()
 
@@ -277,7 +276,8 @@ class Rewind:
     def _kept(self, stop: BoardEvent, hold_input: BoardInput) -> tuple[int, int] | None:
         """Return the offset and instant (ps) of the journal entry that last released the hold input.
 
-        Return None if there is none, or if a step was made since.  The other run omits it, and holds the motor.
+        Return None if there is no such entry, or if a step was made since.  The other run omits the entry, and
+        so holds the motor.
         """
         state, name, found = self.state, f"{self.state.chip.name}.{hold_input.pin}", None
         for offset, entry in self.past.entries():
@@ -320,7 +320,7 @@ class Rewind:
         return f"by its equations of motion, the chip does not stop at the count of the board, {position}"
 
     def _run(self, cause: Cause, instant: int, now: int, position: int, sign: int) -> Rewound:
-        """Run the model again with the cause at an instant (ps); return the run, and how it misses `position`."""
+        """Run the model again with the cause at an instant (ps); return the run, and its distance from `position`."""
         first, inputs = instant - cause.lead_ps, cause.at(instant)
         bench = self.past.at(first).rerun(inputs, now, without=cause.without, allowed_s=self.allowed_s)
         axis: Axis = bench.chips[self.state.chip.name].axis(self.state.number).motor

@@ -92,7 +92,7 @@ def below(up: Runs, interval: int) -> int:
 
 
 def fast(leg: Leg, step: int, slow: int) -> int:
-    """Return the number of steps of a leg, from step `step` of the plan on, at other intervals than `slow`."""
+    """Return the number of steps of a leg, from step `step` of the plan on, whose interval is not `slow`."""
     return sum(count for each, count in tail(leg.runs, step - leg.first) if each != slow)
 
 
@@ -130,7 +130,7 @@ class StopRamps:
         self._pieces: list[RampPiece] = []
 
     def turn(self, feeder: Feeder) -> None:
-        """Send a stop ramp from any rate if the present steps are fast and have no plan, and the board has no ramp."""
+        """Send a stop ramp for any rate if the board has none, and the present steps are fast and have no plan."""
         state, ident = self.state, self.link.ident
         if not self._knows() or ident is None or self.tail or state.axis.past[-1].plan is not None:
             return

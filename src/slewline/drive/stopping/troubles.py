@@ -186,11 +186,11 @@ class Troubles:
             self.stopping.stopped(self._unknown())
 
     def _unknown(self) -> BoardEvent:
-        """Return a substitute, at the model's present travel, for the event of a stop not reported by the board."""
+        """Return a substitute event, at the model's present travel, for a stop that the board has not reported."""
         return BoardEvent(0, Happening.BOOT, HOST, BoardState.BOOT, 0, signed(self.state.axis.travel), 0)
 
     def silent(self, while_: str) -> None:
-        """Handle a board that has not answered for a time, the text `while_`; stop a motion in progress."""
+        """Handle a board that has not answered for the time stated in `while_`; stop any motion in progress."""
         self.report(
             "board-silent",
             f"the board has not answered for {while_}: check its cable and its supply",
@@ -262,7 +262,7 @@ class Troubles:
         self.report("too-fast", f"{error}; steps were not output")
 
     def not_started(self) -> None:
-        """Handle a motion that the board has not accepted by one horizon after the motion's scheduled start."""
+        """Handle a motion that the board has still not accepted one horizon after the motion's scheduled start."""
         self.link.abandon()
         self._halt()
         self.report(

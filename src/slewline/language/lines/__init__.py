@@ -103,7 +103,7 @@ class Lines(Dialect[LineRow]):
         return b"".join(framed(text, checked) for text in texts)
 
     def meant(self, sheet: Sheet, text: str) -> list[Row]:
-        """Return a list with the command table's row for the command in a line; empty if the line is not a command."""
+        """Return the row of the command in a line, as a list; the list is empty if the line is not a command."""
         found = parse(sheet, text)
         return [found.row] if isinstance(found, Command) else []
 

@@ -94,7 +94,7 @@ def parse(sheet: Sheet, text: str) -> LineCommand | Refusal:
 
 
 def places(row: LineRow, text: str) -> list[tuple[int, int]]:
-    """Return the places of the arguments in a line: the indices of the first character and after the last.
+    """Return each argument's place in a line: the index of its first character, and the index after its last.
 
     The place of an omitted argument is the end of the line.
     """
@@ -135,7 +135,7 @@ def _value(arg: Arg, text: str | None) -> int:
 
 @lru_cache(maxsize=64)
 def _patterns(sheet: Sheet) -> dict[str, list[tuple[LineRow, re.Pattern[str]]]]:
-    """Return the commands with each head, with their patterns, keyed by head; longer heads come first.
+    """Return a dictionary from each head to its commands and their patterns; longer heads come first.
 
     A head that only a sister part has is included, with an empty list.
     """

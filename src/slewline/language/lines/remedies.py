@@ -15,7 +15,7 @@ LF = "\n"
 
 
 def alike(sheet: Sheet, text: str) -> list[LineRow]:
-    """Return the commands with the same first letter as a line, or with a sign if the line begins with + or -."""
+    """Return the commands with a line's first character; if it is + or -, the commands that begin with a sign."""
     letter = SIGN if text[:1] in ("+", "-") else text[:1]
     return [row for row in sheet.rows(LineRow) if row.head[:1] == letter]
 
@@ -61,7 +61,7 @@ def refusal(sheet: Sheet, text: str, found: Refusal) -> str:
 
 
 def respelled(sheet: Sheet, text: str) -> str:
-    """Return a line in another case or without spaces, if that makes it a command; otherwise return ""."""
+    """Return a line in a different case or without its spaces, if that makes it a command; "" otherwise."""
     tight = text.replace(" ", "")
     return next(
         (spelling for spelling in (tight, tight.lower(), tight.capitalize()) if is_command(sheet, spelling)), ""

@@ -112,7 +112,7 @@ class Packets(Words):
         return [packet.hex(" ") for packet in found]
 
     def cut(self, stored: bytes, at: int, sheet: Sheet) -> Instruction:
-        """Return the packet that begins at an address; a sister part's packet includes its words; its row is None."""
+        """Return the packet that begins at an address; a sister part's packet includes its words, but has no row."""
         found, sibling = super().cut(stored, at, sheet), self.siblings.get(stored[at])
         if found.row is None and sibling is not None:
             return Instruction(at, bytes(stored[at : at + 1 + 2 * sibling.writes]), None, ())
@@ -123,7 +123,7 @@ class Packets(Words):
         raise UsageError(f"--stream: the {sheet.part.upper()} has no binary mode; omit the option")
 
     def meant(self, sheet: Sheet, text: str) -> list[Row]:
-        """Return a list with the row of the command whose hexadecimal code or name a text contains.
+        """Return a list with the row of the command that a text gives by its hexadecimal code or by its name.
 
         Raises:
             UnknownName: the part has no such command.

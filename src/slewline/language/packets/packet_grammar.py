@@ -44,7 +44,7 @@ class PacketCommand(Command):
 
 
 class Sibling(NamedTuple):
-    """A sister part's command: its name, the numbers of words that a host writes and reads, and the part."""
+    """A sister part's command: its name, the number of words a host writes, the number it reads, and the part."""
 
     name: str
     writes: int
@@ -100,7 +100,7 @@ def numbers(
     """Return a command's values as numbers; a rate given as text ("12345 steps/s") becomes a register value.
 
     Raises:
-        UsageError: a text is not a rate, or its unit is not one for this register.
+        UsageError: a text is not a rate, or its unit does not belong to this register.
     """
     found = []
     for arg, value in zip_longest(row.args, values):
@@ -185,7 +185,7 @@ def row(sheet: Sheet, name: str) -> PacketRow:
 
 
 def command(sheet: Sheet, text: str, crystal_hz: int | None = None) -> PacketCommand:
-    """Parse a line, which is a mnemonic and the number that it takes, if any, as a command of this part.
+    """Parse a line as a command of this part: a mnemonic, followed by a number if the command takes one.
 
     The register value of a rate per second depends on the crystal.
 

@@ -23,7 +23,7 @@ class Label:
 
 @dataclass(frozen=True, slots=True)
 class CommandText(Command):
-    """A command whose `data` may be contents other than numbers: a string's characters, or a query's letter.
+    """A command; `data` contains anything other than numbers: a string's characters, or a query's letter.
 
     `switched`: the first value comes from switches.  `flips`: the bits of the first value that a prefix
     inverts.

@@ -9,11 +9,10 @@ together with the mode (ASCII or binary) when it arrives, how the command contin
     binary    letter, count of data bytes, data bytes, low bytes first      52 01 64
     both      a single letter without a terminator (`TextRow.terminated`)
 
-Each of these continuations is a state: a method that processes one byte.  The dialect defines which
-continuations exist, and the form of an argument.  No method raises: every input from a host has an
-answer, and mistakes become notes (code and text) for the caller to drain.  In program entry a binary
-command is stored as received, with opcode and data bytes unchecked; therefore one count can load a whole
-program.
+Each of these continuations is a state: a method that processes one byte.  The dialect defines which continuations
+exist, and the form of an argument.  No method raises: every input from a host has an answer, and mistakes become notes
+(code and text) for the caller to drain.  In program entry a binary command is stored as received, with opcode and data
+bytes unchecked; therefore one count can load a whole program.
 """
 
 from __future__ import annotations
@@ -107,7 +106,7 @@ class Decoder(Generic[L_co]):
         return found
 
     def kept(self, data: bytes, at: int, ascii: bool) -> int:
-        """Return how many bytes, from index `at` on, `feed` would only store: none ends a command or is a mistake."""
+        """Return how many bytes from index `at` on need only be stored: none ends a command or is a mistake."""
         begin, state, left = at, self._state, len(data) - at
         if self.at_letter:
             row = (self._in_ascii if ascii else self._in_binary).get(data[at])
@@ -131,7 +130,7 @@ class Decoder(Generic[L_co]):
         return end - at
 
     def keep(self, data: bytes, ascii: bool, entering: bool = False) -> None:
-        """Store bytes that `feed` would only store; `kept` returns how many these are."""
+        """Store bytes that neither end a command nor are mistakes; `kept` returns the number of such bytes."""
         if self.at_letter:
             self.feed(data[0], ascii, entering)
             data = data[1:]
@@ -157,7 +156,7 @@ class Decoder(Generic[L_co]):
         return None
 
     def _foreign_byte(self, byte: int, ascii: bool, before: TextRow | None) -> None:
-        """Process a byte in place of a command letter (upper case); `before` is a command just ended without CR."""
+        """Process a byte in place of a command letter (upper case); `before`: a command just ended without CR."""
         if ascii and byte == CR:
             if before is not None and self.dialect.line_ends:
                 self._note("q-terminated", f"a carriage return after {before.form}, which ends by itself")
@@ -327,7 +326,7 @@ class Decoder(Generic[L_co]):
         return CommandText(row, (address, count), digits, b"", row.form + body, self._data_of(row, count, bytes(data)))
 
     def _data_of(self, row: TextRow, count: int, data: bytes) -> bytes:
-        """Return the data of a display command, cut to the announced count; report a count that is not its length."""
+        """Return a display command's data bytes, cut to the announced count; report a count that does not match."""
         if count != len(data):
             self._note("count", f"{row.form}: {count} values announced, {len(data)} found; the smaller number is used")
         return data[:count]
@@ -364,7 +363,7 @@ class Decoder(Generic[L_co]):
         return CommandText(row, values, 0, stored, f"{spell(row, values)}{more}")
 
     def _binary_text(self, row: TextRow, data: bytes) -> CommandText | None:
-        """Decode a query or a display command in binary; the arguments of both are not numbers of fixed size."""
+        """Decode a query or a display command in binary; neither has numbers of fixed size as its arguments."""
         least = 1 if row.form == self.dialect.query else 2
         if len(data) < least:
             self._note("count", f"{row.name} takes at least {least} data bytes, {len(data)} were announced; ignored")
@@ -390,7 +389,7 @@ class Decoder(Generic[L_co]):
             self._range(f"{named}: allowed {arg.low}..{arg.high}", found, arg.fit(found))
 
     def _low_byte(self, row: TextRow, found: int) -> int:
-        """Cut a number to a byte; report it if it is larger.  For numbers that are not arguments in the table."""
+        """Cut a number that is not an argument in the table to its low byte; report a number above 255."""
         if found > 0xFF:
             self._range(f"{row.name} {found}: allowed 0..255", found, found & 0xFF)
         return found & 0xFF

@@ -7,10 +7,10 @@ from .command_text import CR, OPEN_BUS
 
 
 class Entry:
-    """A detector of the end of program entry, by the letter that ends it, which also occurs within programs.
+    """A detector of the letter that ends program entry; this letter also occurs within programs.
 
     In ASCII the letter counts only as the first character of a line, in binary only in place of an opcode;
-    to find the opcodes, the byte counts of commands are followed.
+    the detector finds the opcodes by following the byte counts of the commands.
     """
 
     def __init__(self, leave: Row, ascii: bool) -> None:

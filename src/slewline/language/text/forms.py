@@ -17,7 +17,7 @@ END = bytes([CR])
 
 
 class TextDialect(Dialect[TextRow]):
-    """A dialect whose commands are a letter and its arguments; "" stands for a sign that the dialect lacks."""
+    """A dialect whose commands are a letter and its arguments; the attribute for a sign that it lacks is ""."""
 
     streams = True
     row_type = TextRow
@@ -117,7 +117,7 @@ class TextDialect(Dialect[TextRow]):
     def entered(
         self, sheet: Sheet, framing: Sequence[Row], statements: Sequence[Statement], checked: bool = False
     ) -> bytes:
-        """Return the bytes with which a host enters a program as text, with the commands that begin and end entry."""
+        """Return the bytes that a host sends to enter a program as text, including the commands that frame it."""
         before, after = self.framed(sheet, framing, statements)
         text = "".join(f"{self.typed(statement)}\r" for statement in statements).encode(self.encoding)
         return b"".join(self.sent(sheet, line) for line in before) + text + self.sent(sheet, after)

@@ -54,7 +54,7 @@ class Letters(ReadAlike, TextDialect):
     line_limit, argument_limit = 256, 255
 
     def words(self, row: Row, argument: str) -> list[str]:
-        """Return the arguments in a text, at most as many as the command has; the last one includes the rest."""
+        """Return the arguments in a text, at most as many as the command takes; the last includes any further text."""
         return BETWEEN.split(argument, len(row.args) - 1 or -1)
 
     def value(self, word: str) -> int | None:
@@ -151,7 +151,7 @@ class Verbatim(ReadAlike, TextDialect):
         return number(word)
 
     def other(self, sheet: Sheet, row: Row, arg: Arg, word: str) -> int | None:
-        """Return 0 for the character that stands for a number read from switches, if this argument may be one.
+        """Return 0 if `word` is the character that stands for switches and this argument may be read from them.
 
         Otherwise return None.
         """

@@ -40,12 +40,12 @@ def rests(sheet: Sheet) -> re.Pattern[str]:
 
 
 def _waits(pin: Pin, holds: int) -> str:
-    """Return a regular expression for the condition that a pin's role is active or, with `holds` 0, inactive."""
+    """Return a regular expression for a condition on a pin: its role is active or, if `holds` is 0, inactive."""
     return rf"{pin.name}\s*=\s*{level_of(pin, holds)}"
 
 
 def level_of(pin: Pin, holds: int) -> int:
-    """Return the level of a pin at which its role is active or, with `holds` 0, inactive."""
+    """Return the level of a pin at which its role is active or, if `holds` is 0, inactive."""
     return holds if pin.sense != 0 else 1 - holds
 
 
@@ -75,7 +75,7 @@ def live_commands(item: Directive) -> list[tuple[int, str]]:
 
 @dataclass
 class DialogueState:
-    """The state that the chip may have after part of a text, with all lines up to there sent.
+    """The state that the chip may be in when the lines of a text have been sent up to a certain line.
 
     It comprises whether a program is stored, which program may still run, and whether the motor may be
     moving.
@@ -139,7 +139,11 @@ class DialogueState:
 
 
 def course(source: Source) -> None:
-    """Report commands while a program may run, runs without a stored program, and @read without a motion."""
+    """Report commands that are sent too early, and @read without a motion.
+
+    A command is too early while a program may still run; a command that runs a program is also too early
+    if no program is stored.
+    """
     chip = DialogueState(source)
     for item in source.items:
         if isinstance(item, Directive):

@@ -64,7 +64,7 @@ def kinds_of_loops(source: Source) -> None:
 
 
 def pages(source: Source) -> None:
-    """Report branches with a one-byte address at the end of a page: they branch into the next page."""
+    """Report branches at the end of a page, if they have a one-byte address: they branch into the next page."""
     page = spoken_as(source.sheet, TextDialect).page
     for block in source.blocks:
         for statement in block.statements:

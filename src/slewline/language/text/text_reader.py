@@ -24,7 +24,10 @@ class TextReader(Reader):
         self.spoken = spoken_as(self.sheet, TextDialect)
 
     def take(self, labels: tuple[str, ...]) -> tuple[str, ...]:
-        """Read the commands of the line, the first of which `labels` name; return labels with no instruction yet."""
+        """Read the commands of the line; return the labels that have no instruction yet.
+
+        `labels` are labels from the lines above; they name the first command of this line.
+        """
         text, spoken = self.text, self.spoken
         if not self.fits():
             return ()
@@ -125,7 +128,10 @@ class TextReader(Reader):
 
     # ---------------------------------------------------------------------------------------------------- arguments
     def rest(self, row: Row, at: int) -> tuple[Operand, ...] | None:
-        """Return the arguments, () for a string, query or display; None, after a report, if they cannot be sent."""
+        """Return the arguments or, after reporting a problem, None if they cannot be sent.
+
+        For a string, a query or a display command that can be sent, the arguments are ().
+        """
         forms = {self.spoken.quote: self.string, self.spoken.query: self.asked, self.spoken.display: self.shown}
         if row.form not in forms:
             return self.operands(row, at)
@@ -185,7 +191,10 @@ class TextReader(Reader):
         return Operand(*place, arg.fit(value))
 
     def into_range(self, row: Row, arg: Arg, number: int) -> str:
-        """Return the remedy for a number out of range: the nearest number, or where branch targets are listed."""
+        """Return the remedy for a number out of range: the nearest allowed number.
+
+        For a branch target, it names the listing that shows the possible addresses instead.
+        """
         if "t" in row.flow and arg is row.args[-1]:
             return "a target is the address of an instruction of this program, as slewline asm lists them"
         return f"the nearest is {min(max(number, arg.low), arg.high)}"

@@ -1,4 +1,4 @@
-"""A client, for host programs, of a parallel card that `slewline serve` offers on TCP with `--registers`.
+"""A client with which host programs use a parallel card that `slewline serve --registers` offers on TCP.
 
     from slewline.links.clients.card_port import CardPort
 
@@ -34,7 +34,8 @@ class CardPort(ChipsetPort):
 
     Attributes:
         messages: the bytes that the chip has sent and that no call has returned yet.
-        heeds: True if FPL is evaluated, because this program's last mode command directs messages to the bus.
+        heeds: True if the last mode command from this program directs messages to the bus; FPL is evaluated
+            only in this case.
     """
 
     can_foresee = False

@@ -9,7 +9,7 @@
         print(f"{port.inp(DATA):02x}{port.inp(DATA):02x}")
 
 Only the lowest four bits of an address are used, so 0x342 is the command register too.  The messages
-are described in links/ports/register_port.py.  If the server has another card than that of the
+are described in links/ports/register_port.py.  If the server has a card other than the one in the
 application note (--card), its first line contains the register offsets; the attribute `at` has them.
 
 `packet` sends its requests in one message.  In lockstep, OUT does not wait for its answer, nor does a

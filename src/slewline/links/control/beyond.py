@@ -43,7 +43,7 @@ class Beyond:
         self.stream.write(json.dumps(request).encode() + b"\n")
 
     def forward(self, request: Data) -> None:
-        """Send a request made by the client to the branch, and record its effects on this server."""
+        """Forward a request from the client to the branch, and record its effects on this server."""
         client = self.client
         if request["do"] == "breakpoints":
             client.perform(request)  # requests for the next branch
@@ -80,7 +80,7 @@ class Beyond:
         del self.owed[at : at + 1]
 
     def gone(self, why: str) -> None:
-        """Close the connection; answer outstanding requests with the error that the branch has ended, and `why`."""
+        """Close the connection; answer outstanding requests with the error "the branch has ended: " and `why`."""
         self.close(f"the branch has ended: {why}")
 
     def close(self, why: str = "another branch is shown now") -> None:

@@ -7,14 +7,14 @@ them.  A client that subscribes receives events as well: lines with `event`, bet
 
 In lockstep, `until` lets time pass as `advance` does; when paced, time passes by itself.  A client may
 send its next request at any time; the server reads it after sending the reply to the previous request.
-A client that has closed its side still receives every reply; its last line may lack the line feed.
-Empty lines are ignored.
+A client that has closed its side still receives every reply; the last line that it sends may lack the
+line feed.  Empty lines are ignored.
 
 Clients on this machine are allowed; those on other machines only if the server has a token, which every
-client must then send with its first request.  If the first line of a connection is not such a request,
-the connection is closed and the rest is not read: a browser that was made to POST here begins with an
-HTTP request line.  A connection whose protocol `links/sockets/preamble.py` recognises is closed even
-before its first line ends.
+client must then send with its first request.  If the first line of a connection is not a JSON object, or
+lacks a required token, the connection is closed and the rest is not read: a browser that was made to
+POST here begins with an HTTP request line.  A connection whose protocol `links/sockets/preamble.py`
+recognises is closed even before its first line ends.
 """
 
 from __future__ import annotations
@@ -151,7 +151,7 @@ class Client:
         self.work()
 
     def work(self) -> None:
-        """Answer received requests for a share of a loop turn; postpone the rest until all others have been served."""
+        """Answer received requests for a share of a loop turn; postpone the rest until other clients are served."""
         end_s = perf_counter() + SHARE_S
         while not self.waiting and self.stream.open and not self.refused:
             line, end, rest = self.incoming.partition(b"\n")
@@ -176,7 +176,7 @@ class Client:
                 return
 
     def greet(self, line: bytes) -> bool:
-        """Return whether the first line is an object, with the token if there is one; if not, close the connection."""
+        """Return whether the first line is an object with the required token, if any; if not, close the connection."""
         try:
             token = as_object(line).get("token")
             if self.control.token is not None and not same(token, self.control.token):
@@ -211,7 +211,10 @@ class Client:
             self.reply(request, self.failed(request, error))
 
     def failed(self, request: Data, error: Exception) -> Data:
-        """Return the reply for an error: its message if it is slewline's own, else that the terminal shows it."""
+        """Return the reply for an error.
+
+        It contains the message of slewline's own errors; for any other error, it refers to the terminal.
+        """
         if isinstance(error, SlewlineError):
             return {"error": str(error)}
         do = request.get("do", "request")
@@ -267,7 +270,10 @@ class Client:
             self.server.loop.after(self.every_s, partial(self.notify, self.watching))
 
     def notify(self, watching: int) -> None:
-        """Send changes, unless earlier ones are still unread; repeat while `watching` is the subscription."""
+        """Send changes, unless earlier ones are still unread.
+
+        This is repeated while `watching` is the number of the client's current subscription.
+        """
         if watching != self.watching or not self.stream.open:
             return
         self.server.loop.after(self.every_s, partial(self.notify, watching))
@@ -302,7 +308,10 @@ class Client:
             self.sent = *self.sent[:2], now_s
 
     def divert(self, where: str, event: Data) -> None:
-        """Send `event`, then route requests to a branch's control port at `where`; "": answer them here again."""
+        """Send `event`, then route later requests to a branch's control port at the address `where`.
+
+        If `where` is "", later requests are answered here again.
+        """
         if self.beyond is not None:
             self.beyond.close()
         self.event(event)
@@ -311,7 +320,7 @@ class Client:
         self.seen, self.sent = {}, (self.server.dialogue.touched, self.server.dialogue.number, 0.0)
 
     def lead(self, where: str) -> None:
-        """Route later requests to a branch's control port at the address `where`; "": answer them here."""
+        """Route later requests to a branch's control port at `where`; if `where` is "", answer them here."""
         self.beyond = None
         if where:
             with suppress(OSError):  # the branch has ended: the server detects that, too, and shows the first run

@@ -44,7 +44,7 @@ class Verbs:
         return chips[name]
 
     def axis(self, request: Data) -> OneAxis:
-        """Return the axis that a request names, of the chip that it names; by default the first axis of that chip."""
+        """Return an axis of the chip in a request: the axis that the request names or, by default, the first axis."""
         return self.chip(request["chip"]).axis(request.get("axis", 1))
 
 
@@ -117,7 +117,10 @@ class PinVerbs(Verbs):
         return {}
 
     def do_clear(self, request: Data) -> Data:
-        """End the faults of an EEPROM or of a line; for a line, reply with the numbers of affected characters."""
+        """End the faults of an EEPROM or of a line.
+
+        For a line, reply with the number of affected characters in each direction.
+        """
         if "chip" in request:
             return self.eeprom(request, False)
         line = self.line(request["line"])

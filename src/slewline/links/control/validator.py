@@ -1,9 +1,9 @@
-"""The validator of requests: errors for values outside the schema name the place, the value and a remedy.
+"""The validator of requests; an error for a value outside the schema has the place, the value and a remedy.
 
 A kind is a JSON schema with these keywords: `type`, `enum`, `const`, `minimum`, `maximum`, `pattern`,
 `maxLength`, `items`, `maxItems`, `properties` with `required` and `additionalProperties`, and `oneOf`
-with several objects, of which the keys of the value select one.  Beyond JSON schema, a text with a
-pattern and a range is a quantity, whose value must be in the range.
+with several objects, one of which is selected by the keys of the value.  Beyond JSON schema, a text with
+a pattern and a range is a quantity, whose value must be in the range.
 """
 
 from __future__ import annotations

@@ -103,7 +103,7 @@ class RequestSpec:
 
     @property
     def name(self) -> str:
-        """Name of the request in the schema; if it has several forms, with the form: `until_time`."""
+        """Name of the request in the schema; if there are several forms, the name includes the form: `until_time`."""
         return f"{self.do}_{self.form}" if self.form else self.do
 
 

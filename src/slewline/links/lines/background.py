@@ -30,8 +30,8 @@ class BackgroundStore:
     Args:
         store: the store that writes; it must have no other user.
         timeout_s: the time in seconds for which `pending` waits for the write, so that a module need not
-            poll again and again when virtual time passes faster than the wall clock.  None, for virtual time
-            that does not follow the wall clock: `pending` waits until the data is written.
+            poll again and again when virtual time passes faster than the wall clock.  None if virtual time
+            does not follow the wall clock: then `pending` waits until the data is written.
 
     Raises:
         StoreError: the store cannot be read.

@@ -68,8 +68,8 @@ def board(bench: Bench, chip: Chip, over: str | None, card: str | None = None) -
 def gpib(bench: Bench, chips: Sequence[Chip]) -> tuple[GpibController, dict[int, Chip]]:
     """Return a controller on an IEEE-488 bus with chips, and a dictionary of these chips, keyed by address.
 
-    A chip that no device connects to such a bus is connected to a new device, with the next free address (5
-    or higher) and the interrupt logic that the device needs.
+    If no device connects a chip to such a bus, the chip is connected to a new device, with the next free
+    address (5 or higher) and the interrupt logic that the device needs.
 
     Raises:
         UsageError: two chips have the same address, or one is on the bus as a listener without an address.

@@ -54,7 +54,7 @@ SHARE = 256  # bytes in a turn of the loop
 
 
 class FramedLine(HostLine):
-    """A line that carries text to a host computer on the bench, and the answers of that computer."""
+    """A line that carries text to a host computer on the bench, and carries back the answers of that computer."""
 
     share = SHARE
 
@@ -109,7 +109,7 @@ class FramedLine(HostLine):
             self._act(lambda computer, _request, _say: computer.do(partial(taken, computer.kernel)))
 
     def _act(self, do: Callable[[Any, Any, Send], object], request: Request[bytes] | None = None) -> None:
-        """Perform an action on the host computer, and record it, to be repeated on another bench after equal input."""
+        """Perform an action on the host computer; record it for another bench that replays the same inputs."""
         if self.acts is not None:
             self.acts.add(self.kernel.now, do)
         do(self.computer, request, self.give)
@@ -120,7 +120,7 @@ class FramedLine(HostLine):
         return self.computer
 
     def move(self, bench: Bench, coming: Sequence[SentBytes]) -> None:
-        """Connect the line to the computer of the same name on another bench; `coming` are bytes not yet received."""
+        """Connect the line to the computer of the same name on another bench; `coming` are bytes still in transit."""
         super().move(bench, coming)
         self.chip, self.computer = self.chips[0], cast("BusHost", bench.parts[self.computer.name])
 
@@ -158,7 +158,7 @@ class FramedLine(HostLine):
         return CHUNK  # an excess is refused line by line, so that ? and ! are always read
 
     def sent(self) -> bool:
-        """Return True: another host may begin at any time, even to discard pending commands."""
+        """Return True: another host may begin at any time, for example to discard the pending commands."""
         return True  # the next host may want to discard the commands of the last one
 
     def quiet(self) -> bool:

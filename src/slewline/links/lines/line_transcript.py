@@ -2,12 +2,13 @@ r"""The transcript of a server: the data in both directions of every line, and e
 
          0.012292 x  < F\r                          on line x, from the host to the module
          0.017729 x  > R\r                          from the module to the host
-         0.020000 y  < 2 6c                         6c to register 2 of a chipset; > 0 5c: from 0
+         0.020000 y  < 2 6c                         6c is written to register 2 of a chipset
+         0.020001 y  > 0 5c                         5c is read from its register 0
          0.500000 x  ! 127.0.0.1:40522 has gone     connections, faults, findings, discarded data
 
-Characters in one direction share a row, up to a carriage return or 64 characters.  The instant is that
-of the first one: towards the module, when the server received it; from the module, when its last bit
-ended.
+Characters in one direction share a row, up to a carriage return or 64 characters.  The instant of
+a row is that of its first character: towards the module, when the server received it; from the module,
+when its last bit ended.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ class TranscriptFile:
         failed: called once, with a message, when the file cannot be written; the transcript ends there.
 
     Raises:
-        UsageError: the file cannot be written, or not a regular file (a FIFO would block without a reader).
+        UsageError: the file cannot be written, or is not regular (a FIFO would block without a reader).
     """
 
     def __init__(
@@ -51,7 +52,7 @@ class TranscriptFile:
         self.reopen()
 
     def move(self, kernel: Kernel) -> None:
-        """Take the times from another kernel from now on."""
+        """Use the times of another kernel from now on."""
         self.kernel = kernel
 
     def reopen(self) -> None:

@@ -15,8 +15,8 @@ content stays in place.
     rename it over the file
     fsync the directory
 
-An append rewrites the whole file instead if it is the first one of a process or after a `write`, if the
-previous one failed, or if the records would become much longer than the rest of the file.
+An append rewrites the whole file instead if it is the first append in a process or after a `write`, if
+the previous append failed, or if the records would become much longer than the rest of the file.
 
 New content is on the disk under another name before it gets its final name, so a disk that stores
 wrong data is detected in time.  After the last step, nothing can fail.  A power failure during an
@@ -51,8 +51,8 @@ LARGEST = 1 << 24  # bytes of a file: fifty times a 64K memory with its records
 class FileStore:
     """The content of a memory, in a file; a `write` or `append` takes effect completely or not at all.
 
-    `append` writes only the changes, for a large memory.  The temporary file has a fixed name, so that a
-    process killed repeatedly leaves one such file, not many.  Two stores must not share a file.  Symbolic
+    `append` writes only the changes, for a large memory.  The temporary file has a fixed name, so that
+    repeatedly killed processes leave one such file, not many.  Two stores must not share a file.  Symbolic
     links are not followed: a link with the name of the temporary file is removed, a link in place of the
     memory file is refused.
 
@@ -120,7 +120,7 @@ class FileStore:
             self._base = self._end = len(whole)
 
     def _appended(self, record: bytes, end: int) -> bool:
-        """Append a record; return False, without doing so, if the file is missing or is not `end` bytes long."""
+        """Append a record and return True; if the file is missing or is not `end` bytes long, only return False."""
         try:
             with self._opened(self.path, os.O_RDWR) as file:
                 if self.system.lseek(file, 0, os.SEEK_END) != end:
@@ -234,7 +234,10 @@ def packed(data: bytes | bytearray, magic: bytes = MAGIC) -> bytes:
 
 
 def repeated(content: bytearray, found: bytes, at: int) -> bool:
-    """Apply the records from `at` on to `content`; return False if one is damaged, not only cut off at the end."""
+    """Apply all records, the first of which is at `at`, to `content`; return False if one is damaged.
+
+    A record that is only cut off at the end of the file is ignored.
+    """
     while (place := record_at(found, at)) is not None:
         address, length = place
         if address > len(content):

@@ -6,7 +6,7 @@
                 falls behind by more than a second (a machine that was asleep, a rate that is too high)
                 skips its lag, which is reported.
 
-    lockstep    virtual time stops, except while a wait needs it: until the bytes on a line have been
+    lockstep    virtual time runs only while a wait needs it: until the bytes on a line have been
                 sent and answered, or during an `advance` or an `until`.  An endless motion advances
                 only during waits.
 
@@ -222,7 +222,7 @@ class Paced(Pace):
         return super().pass_time()
 
     def present(self) -> None:
-        """Run time up to the present instant of the wall clock, for at most one slice, for an external input."""
+        """Run time up to the present instant of the wall clock before an external input, for at most one slice."""
         self.pass_time()
 
     def pause(self) -> float | None:

@@ -176,7 +176,7 @@ class HostLine:
         raise NotImplementedError
 
     def move(self, bench: Bench, coming: Sequence[SentBytes]) -> None:
-        """Connect the line to the part of the same name on another bench; `coming` are characters not yet received."""
+        """Connect the line to the part of the same name on another bench; `coming` are characters still in transit."""
         self.kernel = bench.kernel
         self.chips = tuple(bench.chips[chip.name] for chip in self.chips)
 
@@ -220,7 +220,10 @@ class HostLine:
 
 
 class Act(NamedTuple):
-    """An action `do` of a line on its part, at an instant (ps), after `inputs` inputs to it; see `Acts.add`."""
+    """An action `do` of a line on its part; see `Acts.add`.
+
+    It is performed at the instant `ps` (in ps), when the part has received `inputs` inputs.
+    """
 
     inputs: int
     ps: int
@@ -228,7 +231,9 @@ class Act(NamedTuple):
 
 
 class Acts:
-    """The actions of a line on its part that no journal has, not being inputs: awaiting and sending answers.
+    """The actions of a line on its part that are not inputs: awaiting and sending answers.
+
+    No journal contains these actions.
 
     Args:
         part: the name of the part.
@@ -241,7 +246,7 @@ class Acts:
         self.number = 0  # of acts since the beginning
 
     def on_input(self, do: str, what: dict[str, Any]) -> None:
-        """Count an input to the bench that is about to be made, if it is an input to the part."""
+        """Count an input that the bench is about to receive, if it is an input to the part."""
         self.inputs += do == "input" and what["part"] == self.part
 
     def add(self, ps: int, do: Callable[[Any, Any, Send], object]) -> None:
@@ -286,7 +291,7 @@ class ConnectorLine(HostLine):
         return self.port
 
     def move(self, bench: Bench, coming: Sequence[SentBytes]) -> None:
-        """Connect the line to the same connector on another bench; `coming` are characters not yet received."""
+        """Connect the line to the same connector on another bench; `coming` are characters still in transit."""
         super().move(bench, coming)
         self.port.on_character.remove(self._character)
         self._end_in(cast("SerialPort", bench.parts[self.port.name]))
@@ -336,7 +341,10 @@ class ConnectorLine(HostLine):
         return self.port.pins["cts"].level == 0 if isinstance(self.port, AdaptiveHost) else None
 
     def space(self) -> int:
-        """Return the number of bytes that may arrive now; at 0, `resume` is called when half of them can be out."""
+        """Return the number of bytes that may arrive now.
+
+        At 0, `resume` is called after the time that it takes to send half of the waiting bytes.
+        """
         uart = self.uart
         room = BACKLOG - uart.backlog
         if room <= 0:

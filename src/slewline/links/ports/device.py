@@ -156,7 +156,7 @@ class DevicePort(Closing):
             return self.threads.ours
 
     def _let_go(self, why: str) -> str:
-        """Close the port; return the reason: that of its threads, if it has threads, or else `why`."""
+        """Close the port; return the reason given by its threads, or `why` if it has no threads."""
         self.line.leave(why)
         threads, self.threads = self.threads, None
         if threads is not None:

@@ -3,7 +3,7 @@ r"""A GPIB controller on a port that accepts the commands of a Prologix GPIB-ETH
     ++addr 5\n                  commands begin with ++; the next lines are for the device at this address
     V 0\n                       other lines are data for the device, plus the terminator set by ++eos
     ++read eoi\n                reads the answer of the device
-    ESC + ESC CR ESC LF ESC ESC the data +, CR, LF, ESC; without ESC, + is dropped, CR and LF end a line
+    ESC + ESC CR ESC LF ESC ESC sends +, CR, LF, ESC; without ESC, + is dropped, and CR or LF ends a line
 
 Requests are executed one after another, at the bus pins, and answered in the same order.  ++ifc and
 ++rst are executed immediately: they recover the bus when a device no longer responds.
@@ -97,7 +97,7 @@ class Selection:
         self.left = 0  # bytes per group
 
     def data_received(self, chip: Chip, data: bytes) -> None:
-        """Find commands that select data for reading in bytes sent to the chip; record the size of the data."""
+        """Find, in bytes sent to the chip, commands that select data for reading; record the size of the data."""
         as_text = self.mode is None or chip.pins[self.mode.name].level != 0
         for byte in data:
             found = self.decoder.feed(byte, as_text, self.entering)
@@ -160,7 +160,7 @@ class PrologixLine(RequestLine):
             self.half = b""
 
     def _bound(self, line: bytes) -> None:
-        """Report a line that is too long, once, even before it is complete."""
+        """Report a line that is too long, but only once; it need not be complete yet."""
         if len(line) > LONGEST and not self.too_long:
             text = f"a line has more than {LONGEST} bytes, so it is not sent; end lines with CR or LF"
             self.controller.finding("gpib-line", text)

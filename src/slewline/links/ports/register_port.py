@@ -11,9 +11,11 @@ byte, in the order of the requests:
     34 nn    ANSWER  the same until bit 7 is 0; parallel card only       the status
     44 nn    MESSAGE the same until bit 6 is 0; parallel card only       the status
     54 nn    POLL    read the status until bit 7 is 1, at most nn ms     the status
-    90 --    HELLO   query the version                                   02, lockstep: 82; FF: no series
+    90 --    HELLO   query the version                                   02, or 82 in lockstep;
+                                                                         FF: SERIES not supported
     C0 nn    SERIES  nn requests follow, any of the above except HELLO   a byte for each
-    C1 nn    ON      as SERIES; skipped if a wait in the last one failed a byte for each
+    C1 nn    ON      as SERIES; skipped if a wait in the preceding       a byte for each
+                     series failed
     other    not a request                                               FF, as from an empty address
 
 A series is one message, one input of the board and one answer, and takes a fraction of the time that
@@ -264,7 +266,7 @@ class RegisterPort(TcpPort):
     line: RegisterLine
 
     def catch_up(self) -> None:
-        """Pass everything that the host has sent so far to the board; run the time that this takes, up to a limit.
+        """Pass to the board everything that the host has sent so far; run the time that this takes, up to a limit.
 
         In lockstep a host need not wait for answers.  This ensures that a later request to another port is
         executed after all requests already sent to this one.

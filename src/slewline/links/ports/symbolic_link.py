@@ -20,10 +20,10 @@ DEVICE = re.compile(r"/dev/(?:pts/|ttys)[0-9]+")  # of Linux, of macOS
 
 
 class DeviceLink:
-    """A link to a device, which exists until `remove`.
+    """A link to a device; the link exists until `remove`.
 
     Args:
-        place: the path of the link if a user gives it, or its place as named in a bench file.
+        place: the path of the link, if given by a user; if named in a bench file, its `LinkPlace`.
         target: the device.
 
     Raises:

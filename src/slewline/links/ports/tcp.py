@@ -13,8 +13,8 @@ keepalive probes.
 The next host does not wait long: of the bytes still to be sent to the chip when it connects, at most
 `REMAINS` are kept, up to the end of a line; the rest is dropped, and reported.  The server detects
 that a host has closed only after reading its last byte; so when another host connects, the bytes of
-the first one are read ahead.  If more than `AHEAD` are waiting, the first host is disconnected, closed
-or not.
+the first one are read ahead.  If more than `AHEAD` are waiting, the first host is disconnected, whether
+it has closed or not.
 """
 
 from __future__ import annotations
@@ -114,7 +114,7 @@ class Listener:
 
 
 def dismiss(loop: Loop, connection: socket.socket, why: str) -> None:
-    """Send a client the reason, as a line; close the connection when the client has, or after a second."""
+    """Send a client the reason, as a line; close the connection when the client does, or after a second."""
 
     def end(_reason: str = "") -> None:
         stream.close()
@@ -219,7 +219,7 @@ class Session:
         return True
 
     def shorten(self, excess: int) -> int:
-        """Drop at least the last `excess` waiting characters, back to the end of a line if any; return the number."""
+        """Drop the last `excess` waiting characters or more, back to a line end if there is one; return the number."""
         kept = self.characters[: max(len(self.characters) - excess, 0)]
         end = max(kept.rfind(b"\r"), kept.rfind(b"\n")) + 1
         dropped = len(self.characters) - (end or len(kept))

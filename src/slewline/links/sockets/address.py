@@ -9,7 +9,7 @@ from ...errors import UsageError
 
 
 def parse_address(text: str, allow_remote: bool = False) -> tuple[str, int]:
-    """Return the host and port of "HOST:PORT"; port 0: any free port; a port without a host: on this machine.
+    """Return the host and port of "HOST:PORT"; port 0 means any free port, and no host means this machine.
 
     Raises:
         UsageError: the text is not of this form; or, without `allow_remote`, other machines can reach it.

@@ -40,7 +40,7 @@ class Loop:
 
     # --------------------------------------------------------------------------------------------- file descriptors
     def watch(self, fd: int, readable: Call | None = None, writable: Call | None = None) -> None:
-        """Call `readable` when a descriptor can be read, `writable` when it can be written; if both are None, stop."""
+        """Call `readable` when a descriptor can be read, `writable` when it can be written; None: do not watch."""
         calls = readable, writable
         if self.calls.get(fd) == calls:
             return  # a selector keeps the old pair then, and `serve` compares pairs by identity

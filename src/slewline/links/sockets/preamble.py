@@ -89,7 +89,7 @@ CONTROL = Greetings(own="control")
 
 
 class Preamble:
-    """The first bytes of a connection; `protocol` names its protocol once this is known to be foreign, else ""."""
+    """The first bytes of a connection; `protocol` is the name of a foreign protocol once recognised, else ""."""
 
     def __init__(self, greetings: Greetings = TEXT) -> None:
         self.greetings = greetings

@@ -24,8 +24,9 @@ class SocketStream:
         end: the socket, which is made non-blocking, or a descriptor with the methods of a socket.
         take: called with received bytes.
         gone: called once, with the reason, when the other side has disconnected.
-        ended: called when no more bytes will come; then output continues until `finish`, and bytes already
-            sent by a host that no longer reads are still received.  None: the host counts as disconnected.
+        ended: called when no more bytes will come; then output continues until `finish`.  If the host stops
+            reading, bytes that it has already sent are still received.  None: the host then counts as
+            disconnected in both cases.
         room: returns the number of bytes that may be read now; 0 stops reading until `resume`, or until the
             output queue is sent.
         queue: the size of the output queue, in bytes.
@@ -115,7 +116,7 @@ class SocketStream:
             self._read()
 
     def read_ahead(self, most: int) -> bool:
-        """Read bytes before there is room, to about `most`; return whether that many wait or the stream has ended."""
+        """Read ahead until about `most` bytes wait for room; return True if they do, or if the stream has ended."""
         over = False
         try:
             while not over and len(self.ahead) < most:
@@ -165,7 +166,7 @@ class SocketStream:
 
     # ---------------------------------------------------------------------------------------------------------- end
     def shut(self, why: str) -> None:
-        """Drop queued and later output; with an `ended` function, still read bytes already sent by the other side."""
+        """Drop queued and later output; if `ended` is given, still read bytes already sent by the other side."""
         self.why, self.is_shut, self.blocked = why, True, False
         self.outgoing.clear()
         if self.ended is None or self.at_end:

@@ -1,15 +1,15 @@
 """Features of the operating system, and replacements for missing ones.
 
-All differences between Linux, macOS and Windows are here, except file locks (`locks.py`).  The code checks for the
-presence of a module, a call or a signal, and only when it is needed.
+All differences between Linux, macOS and Windows are here, except file locks (`locks.py`).  The code
+checks for the presence of a module, a call or a signal, and only when it is needed.
 
                         Linux                   macOS                   Windows
     sleep               select over epoll       kqueue                  select, the timer set to 1 ms
-    wake-up             a pair of sockets, into which signals write as well
+    wake-up             a pair of sockets; signals also write into it
     ports               sockets and descriptors                         sockets; a COM port by two threads
-    pty                 with packet mode        without: 8N1 only       none
-    a link for a file   O_NOFOLLOW              O_NOFOLLOW              checked before it is opened
-    a name is safe      fsync of the directory  fsync of the directory  when NTFS writes it
+    pty                 with packet mode        without it: 8N1 only    none
+    symlinks refused    O_NOFOLLOW              O_NOFOLLOW              checked before opening
+    durable file names  fsync of the directory  fsync of the directory  when NTFS writes them
     a copy of a process fork                    fork                    none
     promptness          SCHED_FIFO, or nice     nice                    none
 """
@@ -198,7 +198,7 @@ def ended(process: int) -> None:
 
 
 def ignore(which: Iterable[int]) -> None:
-    """Ignore signals, and block them during the change, because Python would report a signal without a handler."""
+    """Ignore signals; during the change, block them, or else Python would report a signal that has no handler."""
     which = list(which)
     mask: Callable[..., Any] | None = getattr(signal, "pthread_sigmask", None)
     kept = mask(signal.SIG_BLOCK, which) if mask is not None else None

@@ -68,7 +68,7 @@ class LineTap:
             found.do(self.part, self.result, self.say)
 
     def say(self, data: bytes, to: object) -> None:
-        """Record an answer to the host `to`; once the line ends in this part, send the answer to that host instead."""
+        """Record an answer to the host `to`, or send it to that host if the line is already connected to this part."""
         if self.live:
             self.line.give(data, to)
         else:

@@ -62,7 +62,7 @@ class Branches:
             self.known[0] = Branch(0, None, 0, 0, self.server.past.path, NEVER_PS, NEVER_PS)  # the first run itself
 
     def back(self, at: int, branch: int | None, answer: Answer) -> None:
-        """Begin and show a new branch at an instant (ps) of `branch` (None: the branch shown); answer on arrival.
+        """Begin and show a new branch at an instant (ps) of `branch` (None: the branch shown); then call `answer`.
 
         Raises:
             UsageError: the past is not recorded, or there is no such branch.
@@ -184,7 +184,10 @@ class Branches:
             raise UsageError(f"no branch {number!r}; allowed: {', '.join(map(str, self.known))}")
 
     def _ask_time(self, then: Callable[[], object], stand: bool = False) -> None:
-        """Query the time of the branch that is shown (if `stand`, pause it), then call `then`; keep call order."""
+        """Query the time of the branch that is shown (if `stand`, pause it), then call `then`.
+
+        Several queries are sent one after another, in the order of the calls.
+        """
         self.asked.append((then, stand))
         if len(self.asked) == 1:
             self._ask_next()

@@ -75,7 +75,7 @@ class Breakpoints:
             self.pace.wait(wait)
 
     def stand(self) -> None:
-        """Pause time, and end the requests of clients that let time run although it is paused."""
+        """Pause time, and end any client requests that make time run during a pause."""
         self.pace.pause_time()
         self.stops += 1
 

@@ -53,7 +53,7 @@ class Checkpoints:
         return self.begun
 
     def move(self, since_ps: int) -> None:
-        """Start to record the past of another bench, which is the same as the former one up to an instant (ps)."""
+        """Start to record the past of another bench, which equals that of the former bench up to an instant (ps)."""
         while self.marks and self.marks[-1].time_ps >= since_ps:
             self._end(self.marks.pop())
         if self.begun:
@@ -89,7 +89,7 @@ class Checkpoints:
             self._thin_out()
 
     def _thin_out(self) -> None:
-        """Remove the checkpoint with the least work between its two neighbours; keep any that has orders pending."""
+        """Remove, of the checkpoints without pending orders, the one with the least work between its neighbours."""
         marks = self.marks
         idle = [n for n in range(1, len(marks) - 1) if not marks[n].waiting]
         if idle:

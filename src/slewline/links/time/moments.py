@@ -71,7 +71,7 @@ class PinCondition(Condition):
         self.changes, self.hit = self.pin.net.changes, False
 
     def met(self) -> bool:
-        """Return whether the last change of the pin since `begin` was to a level sought; may be called repeatedly."""
+        """Return whether the last change of the pin since `begin` was to a wanted level; may be called repeatedly."""
         if self.pin.net.changes != self.changes:
             self.changes = self.pin.net.changes
             self.hit = self.pin.level in self.levels

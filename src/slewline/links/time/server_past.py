@@ -40,7 +40,8 @@ class ServedInstant(Instant):
 
         Args:
             order: the data that the server needs (`worlds.World`), without `begin`, which the checkpoint sets.
-            shared_ps, shared: the instant (ps) and the byte to which the order's journal equals the first run's.
+            shared_ps, shared: the instant (ps) and the byte up to which the order's journal is the same as the
+                journal of the first run.
             arrived: called with the server's address, or with an error.
 
         Returns:
@@ -90,10 +91,10 @@ class ServedPast(Past):
         return LineTaps(taps)
 
     def follow(self, to_ps: int, enough: Callable[[], bool] = lambda: False) -> bool:
-        """Let the shadows replay up to an instant (ps), or until `enough`; if they reach it, discard older data.
+        """Let the shadows replay up to an instant (ps), or until `enough` returns True.
 
         Returns:
-            True if all shadows have reached the instant.
+            True if all shadows have reached the instant; older data is then discarded.
         """
         done = super().follow(to_ps, enough)
         if done:

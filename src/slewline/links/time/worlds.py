@@ -116,7 +116,7 @@ def lines_of(orders: socket.socket) -> Iterator[bytes]:
 
 
 def hung_up(orders: int) -> None:
-    """Wait until the other end of a socket is closed, but read nothing, as a checkpoint reads its orders there."""
+    """Wait until the other end of a socket is closed; read nothing, since a checkpoint reads its orders there."""
     poll = select.poll()
     poll.register(orders, 0)
     poll.poll()

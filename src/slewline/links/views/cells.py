@@ -1,11 +1,11 @@
-"""Signals in a long window, from cells of the past that are computed once.
+"""Signals in a long window, composed of cells: short stretches of the past, each computed only once.
 
     window    |<------------------------------ an hour ------------------------------>|
     cells     |   |   |   |   |   |   |   |   |   |   |   |   |   |   |   |   |   |   |   2^k ps each
 
-The past does not change, so cells are cached: a few points of a quantity, or a character for a pin.  A cell is at most
-as wide as a column of the picture, and cell edges are on a grid common to all windows, so a rolling window needs only
-the newest cells.
+The past does not change, so cells are cached: a cell is a few points of a quantity, or a character for a
+pin.  A cell is at most as wide as a column of the picture, and cell edges are on a grid common to all
+windows, so a rolling window needs only the newest cells.
 """
 
 from __future__ import annotations

@@ -36,7 +36,7 @@ class Dialogue:
     """The dialogue entries of a bench, recorded from the creation of this object.
 
     Args:
-        names: the name to show as the sender, keyed by the name of the part in which a line ends.
+        names: for each line, the sender's name to show, keyed by the name of the part at the line's end.
     """
 
     def __init__(self, bench: Bench, names: Mapping[str, str]) -> None:
@@ -86,7 +86,7 @@ class Dialogue:
         return [plain(entry) for entry in islice(self.entries, max(number - first, 0), None)], max(first - number, 0)
 
     def changed(self, touched: int, number: int) -> Iterator[Entry]:
-        """Yield the entries numbered `number` or higher, and older ones that have grown since the count `touched`.
+        """Yield the entries numbered `number` or higher, and older ones that grew after the change count `touched`.
 
         The newest entries come first.
         """
@@ -116,7 +116,7 @@ class Dialogue:
             self.add(who, COMMAND, text)
 
     def _input(self, do: str, what: dict[str, Any]) -> None:
-        """Record a byte or text written by an outside host, or that the power of a chip is switched."""
+        """Record a byte or text written by an outside host, or the switching of a chip's power."""
         if do == "input" and what["verb"] == "write":
             for byte in written(what["args"]):
                 self._grow(what["part"], SENT, byte)

@@ -18,7 +18,7 @@ LF = b"\n"
 
 
 class TimedAnswer:
-    """A base class, to be listed before any other bases, with the delay and the duration of an answer."""
+    """A base class with the delay and the duration of an answer; it must be listed before any other bases."""
 
     over_us: float
     first_us: float | None
@@ -104,7 +104,7 @@ def exchanges_of(entries: Iterable[DialogueEntry], speech: Speech) -> list[Recor
 
 
 def waits_for_none(before: RecordedExchange, at_us: int) -> bool:
-    """Return whether a line written at `at_us` began before all of `before` had been sent, let alone answered."""
+    """Return whether a line written at `at_us` began while `before`, still unanswered, was being sent."""
     return not before.answer and at_us < before.over_us and before.sent.strip(CR) != b""
 
 

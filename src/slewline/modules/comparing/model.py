@@ -47,7 +47,7 @@ class ModelAdapter:
         self.write = self.line.feed
 
     def _record_sent(self, data: bytes) -> int:
-        """Pass on the adapter's output to `on_character`, by characters; return 0, the number of bytes dropped."""
+        """Pass each character of the adapter's output to `on_character`; return 0, the number of bytes dropped."""
         for number, byte in enumerate(data):
             over_ps = self.kernel.now + number * self.character_ps
             self.on_character(Character(byte, False, False, over_ps, over_ps))
@@ -64,8 +64,8 @@ class ModelLine:
         speech: the protocol of the part.
         options: the options of the model.
         memory: a file with an image of the memory of the chip.
-        cls: the class of the chip; None: the class of the part that the header names; in a header, a
-            name of the form module:Class is refused.
+        cls: the class of the chip; None: the class of the part that the header names; a header that gives
+            a name of the form module:Class is then refused.
         shown: the bytes of the memory, if there is no file.
 
     Raises:

@@ -229,7 +229,10 @@ class DialogueComparison:
 
     # ---------------------------------------------------------------------------------------------------------- times
     def _time_rows(self, exchange: RecordedExchange, answer: ModelAnswer) -> list[DialogueDifference]:
-        """Return the difference in an answer's delay, or else its duration, if not tolerated; none with an adapter."""
+        """Return the difference between the delays of two answers or, if it is tolerated, between their durations.
+
+        The list is empty if that is tolerated, too, and always empty for a part with an adapter.
+        """
         delay_us, model_us = exchange.delay_us, answer.delay_us
         if delay_us is None or model_us is None or not self.speech.is_timed:
             return []

@@ -53,8 +53,8 @@ class ModelReplay(ModelLine):
         Args:
             differs: returns whether the times of a recorded exchange and of the model's answer differ so much
                 that all later lines are shifted.
-            shift_us: an additional delay of the last line, on which the answer to this line may depend;
-                negative: the line is sent earlier.
+            shift_us: an additional delay of the last line, because the answer to that line may depend on its
+                time; negative: that line is sent earlier.
         """
         answers: list[ModelAnswer] = []
         offset_us = self.kernel.now / PS_PER_US - exchanges[0].at_us if exchanges else 0.0
@@ -100,7 +100,7 @@ class ModelReplay(ModelLine):
         return sum(each.byte == CR[0] for each in self.received) >= lines
 
     def _take(self, answers: list[ModelAnswer]) -> None:
-        """Store all characters and findings since the last line was sent in the last of these answers, if any."""
+        """Store, in the last of these answers, if any, all characters and findings since the last line was sent."""
         for answer in answers[-1:]:
             answer.findings = list(self.found)
             answer.answer = bytes(each.byte for each in self.received)

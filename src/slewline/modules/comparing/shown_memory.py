@@ -17,7 +17,7 @@ from .exchanges import RecordedExchange
 class ShownMemory:
     """A tracker of the memory pointer, and of the bytes written and listed, in a dialogue.
 
-    `image` maps addresses to the listed bytes, without the bytes that the host wrote before.
+    `image` maps addresses to the listed bytes, except bytes that the host had already overwritten.
     """
 
     def __init__(self, speech: QuerySpeech) -> None:
@@ -32,7 +32,7 @@ class ShownMemory:
         self.pointer, self.entering, self.line = 0, False, b""
 
     def sent(self, data: bytes) -> int:
-        """Process data sent to the module; return the number of memory lines that the data's last line requests."""
+        """Process data sent to the module; return how many memory lines the last line of the data requests."""
         asked = 0
         for byte in data:
             if self.entering:

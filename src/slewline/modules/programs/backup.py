@@ -46,8 +46,8 @@ def pull(
     Args:
         path: the file to be written.
         base: the address at which the program begins, in a memory with addresses; None: 0.
-        recall: whether to save the program that the EEPROM holds, too, to a separate file; this program
-            briefly replaces the one in RAM, which is then restored and verified.
+        recall: whether to save the program in the EEPROM as well, to a separate file; that program briefly
+            replaces the program in RAM, which is then restored and verified.
         replace: whether existing files may be replaced.
         report: called with progress messages.
 
@@ -144,8 +144,8 @@ def push(
 ) -> None:
     """Send a program to a module, verify it by reading it back and, if `store` is True, store it in the EEPROM.
 
-    The old program is saved first, unless it is the same program, or the beginning of it, left by an
-    interrupted push that has already saved the old program.
+    The module's old program is saved first, unless the module already holds the new program, or holds only
+    the beginning of it after an interrupted push: that push has already saved the old program.
 
     Args:
         path: the file with the program.
@@ -186,8 +186,8 @@ def keep_before(
 ) -> str:
     """Save the content of a module before a push, unless that is unnecessary.
 
-    It is unnecessary if the content is the program to be pushed, or the beginning of this program, left by
-    an interrupted push that has already saved the old content.
+    It is unnecessary if the module already holds the program to be pushed, or if it holds only the beginning
+    of this program after an interrupted push, and the file in which that push saved the old content exists.
 
     Returns:
         A text that names the file with the old content; "" if the content is the program to be pushed.
@@ -246,10 +246,10 @@ def beside(path: str | PathLike[str], what: str) -> Path:
 def free(path: str | PathLike[str], what: str, same: str | None = None) -> Path:
     """Return the path of a new file next to `path`, numbered if the usual one exists.
 
-    If such a path exists, numbers are added to `what` until one is free.
+    If the usual path exists, `what` is followed by a number, which is increased until the path is free.
 
     Args:
-        same: a text; a file that exists, but has exactly this text, is also returned; None: no such file.
+        same: a text; the path of an existing file with exactly this text counts as free, too; None: no text.
     """
     for number in count(1):
         found = beside(path, what if number == 1 else f"{what}-{number}")

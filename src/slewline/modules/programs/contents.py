@@ -80,7 +80,7 @@ class ModuleContents:
 
     @property
     def image(self) -> bytes:
-        """Bytes of the memory from address 0 to the end of the program; all before the program are erased ones."""
+        """Bytes of the memory from address 0 to the end of the program; the bytes before the program are erased."""
         return bytes([ERASED]) * self.base + self.stored
 
     @property

@@ -1,4 +1,4 @@
-"""Reading of a program: from its listing, line by line from a memory, or from the bytes of a buffer.
+"""Reading of a program: from a listing, from a memory (line by line), or from the bytes of a buffer.
 
 A program is read until two readings agree, because a line without checksums does not reveal every fault.
 """
@@ -132,7 +132,7 @@ def _listed(module: Module, lines: tuple[str, ...]) -> ProgramReading:
 
 # -------------------------------------------------------------------------------------------------- lines of memory
 class ProgramReader:
-    """A base class of readers that read a program by instructions, as far as execution can reach."""
+    """A base class of readers that read a program instruction by instruction, as far as execution can reach."""
 
     def __init__(self, module: Module, report: Report) -> None:
         self.module, self.report = module, report
@@ -177,10 +177,10 @@ class ProgramReader:
 
 
 class MemoryReader(ProgramReader):
-    """A reader of a program in a memory with addresses, line by line.
+    """A reader that reads a program, line by line, from a memory with addresses.
 
-    Erased memory contains no ends of lines, so a module that is to list one line there lists the memory up
-    to its last byte, which takes a minute.
+    Erased memory contains no ends of lines, so if a module is to list one line there, it lists the memory up
+    to the last byte, which takes a minute.
     """
 
     def __init__(self, module: Module, report: Report) -> None:
@@ -267,7 +267,7 @@ def read_memory(module: Module, base: int | None = None, report: Report = lambda
 
 # ------------------------------------------------------------------------------------------- first bytes of a buffer
 class BufferReader(ProgramReader):
-    """A reader of a program from the bytes of a buffer, of which a part may report only the first ones.
+    """A reader of a program from the bytes of a buffer; a part may report only the first bytes of its buffer.
 
     Before a program has run, its branches contain the letters of labels instead of addresses, so that their
     targets are unknown.

@@ -1,4 +1,4 @@
-"""The text of a program for a module, and the state of sending it to the module."""
+"""The text of a program for a module, and the state of its transfer to the module."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ STORED_BYTE_S = 0.021  # per character stored in an EEPROM: it may take 20 ms un
 
 @dataclass(frozen=True)
 class ProgramText:
-    """A program text: commands before the program, such as register settings, the program, commands after it."""
+    """A program text: the program, commands before it (such as register settings), and commands after it."""
 
     sheet: Sheet
     before: tuple[Statement, ...]
@@ -113,7 +113,7 @@ class Restore:
 
     @property
     def was_cut(self) -> bool:
-        """True if the content of the module is a beginning of the program, as after an interrupted `send`."""
+        """True if the content of the module is the beginning of the program, as after an interrupted `send`."""
         present, wanted = self.contents, self.wanted
         return present.base == wanted.base and bool(present.stored) and wanted.stored.startswith(present.stored)
 

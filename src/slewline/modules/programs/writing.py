@@ -135,8 +135,9 @@ class MemoryWriter:
 
     If program entry were not open, the module would execute the instructions.  So two queries are sent
     before an instruction that may step the motor.  If entry is not open, the module answers the queries.  If
-    entry is open, the queries are stored over the end of the preceding group, which is written afterwards.
-    The queries before the first group are stored at the end of the memory, if the memory is erased there.
+    entry is open, the queries are stored where the preceding group will end; that group is written later,
+    and overwrites them.  The queries before the first group are stored at the end of the memory, if the
+    memory is erased there.
     """
 
     def __init__(self, restore: Restore) -> None:
@@ -196,7 +197,7 @@ class MemoryWriter:
             return False
 
     def closed(self, wrong: set[int]) -> set[int]:
-        """Return the numbers of the given groups, and of the groups that the queries sent before these overwrite."""
+        """Return `wrong`, and the numbers of the groups overwritten by the queries that precede a group in `wrong`."""
         for number in range(len(self.groups) - 1, 0, -1):
             if number in wrong and self.is_checked(self.groups[number]):
                 reach = self.groups[number][0].address - len(self.question)
@@ -303,7 +304,7 @@ def write_memory(restore: Restore) -> None:
 
 
 def send(restore: Restore) -> None:
-    """Send the commands before a program, the program unless the module holds it, and the commands after it.
+    """Send a program, unless the module already holds it, and the commands that precede and follow the program.
 
     The commands and the program are verified as far as possible.
 

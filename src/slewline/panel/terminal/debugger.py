@@ -231,7 +231,7 @@ class Debugger(App[None]):
         self.perform(self.session.shift(seconds))
 
     def action_rate(self, by: int) -> None:
-        """Let time run faster by a number of places in the series of rates, or slower if it is negative."""
+        """Raise the rate by a number of places in the series of rates; lower it if the number is negative."""
         self.perform(self.session.change_rate(by))
 
     def action_break(self) -> None:
@@ -251,7 +251,7 @@ class Debugger(App[None]):
             self.perform(self.session.to_address(pane.address))
 
     def program(self) -> ProgramPane | None:
-        """Return the program pane for the keys: the focused one, else the selected chip's; None if there is neither."""
+        """Return the program pane on which keys act: the focused one, else the selected chip's, else None."""
         panes = [pane for pane in self.query(ProgramPane) if pane.display and pane.parent and pane.parent.display]
         focused = [pane for pane in panes if pane.has_focus]
         return next(iter([*focused, *(pane for pane in panes if pane.chip == self.session.selected)]), None)

@@ -248,7 +248,8 @@ async def obey(session: DebugSession, text: str) -> None:
     """Execute a typed line: run a verb of the debugger, or send the line to the selected chip.
 
     Raises:
-        UsageError: there is no such verb, the words after it are wrong, it needs a colon, or the server refuses.
+        UsageError: there is no such verb, the verb lacks its colon, the words after it are wrong, or the
+            server refuses.
     """
     if not text.startswith(":"):
         check_verb(session, text)
@@ -265,7 +266,7 @@ async def obey(session: DebugSession, text: str) -> None:
 
 
 def check_verb(session: DebugSession, text: str) -> None:
-    """Refuse to send a text whose first word is a verb of the debugger, unless a command of the chip begins so, too.
+    """Refuse to send a text that begins with a debugger verb, unless a chip command also begins with that word.
 
     Raises:
         UsageError: the text is refused.
@@ -320,7 +321,7 @@ def words_at(session: DebugSession, text: str) -> Iterable[str]:
 
 
 def explained(session: DebugSession, text: str) -> str:
-    """Return one row of help on a typed text: about a command, from the manual, or about verbs; "" if there is none."""
+    """Return one row of help on a typed text: a chip command (from the manual) or verbs; "" if there is none."""
     if text.startswith(":"):
         name = text[1:].partition(" ")[0]
         verb = BY_NAME.get(name) or only(name)
@@ -332,7 +333,7 @@ def explained(session: DebugSession, text: str) -> str:
 
 
 def of_command(session: DebugSession, text: str) -> dict[str, Any] | None:
-    """Return the data sheet row of the selected chip's command with which a text begins; None if there is none.
+    """Return the data sheet row of the selected chip for the command that begins a text; None if there is none.
 
     The command with the longest matching form is preferred; if no form matches, the first command whose name
     begins with the text is returned.

@@ -99,7 +99,7 @@ class Pane(Widget, can_focus=True):
 
 
 class OfChip(Pane):
-    """A pane for one chip, which follows from the place of the pane.
+    """A pane for one chip; the place of the pane determines which chip this is.
 
     Place 0 shows the selected chip, and place 1 the chip after it.  On a wide screen with at most two chips, place 0
     always shows the first chip, and place 1 the second.

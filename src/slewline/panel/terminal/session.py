@@ -1,4 +1,4 @@
-"""The state of a bench as a debugger sees it through a control port, and the requests of the debugger.
+"""The state of a bench as a debugger sees it through a control port, and the debugger's requests.
 
 This module is independent of the screen: `on_change` requests a redraw.
 """
@@ -131,7 +131,7 @@ class DebugSession:
 
     @property
     def pace(self) -> Data:
-        """State of virtual time: whether it is paused, the current branch, and others."""
+        """State of virtual time: whether it is paused, the current branch, and further details."""
         found: Data = self.client.view.get("pace", {})
         return found
 
@@ -243,11 +243,11 @@ class DebugSession:
             await self.client.request("pause")
 
     async def shift(self, seconds: float) -> None:
-        """Move forwards in time by a number of seconds, or back if it is negative."""
+        """Move forwards in time by `seconds`, or back if `seconds` is negative."""
         await self.to_time(self.now_ps + picoseconds(f"{abs(seconds)} s") * (1 if seconds > 0 else -1))
 
     async def change_rate(self, by: int) -> None:
-        """Let time run faster by `by` places of the series 1, 2, 5, 10, or slower if `by` is negative."""
+        """Raise the rate of time by `by` places in the series 1, 2, 5, 10, or lower it if `by` is negative."""
         near = min(range(len(RATES)), key=lambda at: abs(RATES[at] - self.rate))
         self.rate = RATES[min(max(near + by, 0), len(RATES) - 1)]
         if not self.paused:
@@ -297,7 +297,10 @@ class DebugSession:
 
 
 def columns(curve: Data, start: int, stop: int) -> list[float | None]:
-    """Return for each column of a window (`start` to `stop`, ps) the curve's value of greatest magnitude, or None."""
+    """Return the curve's value of greatest magnitude in each column of a window; None if it has none there.
+
+    The window is from `start` to `stop` (ps).
+    """
     width = max(stop - start, 1)
     found: list[float | None] = [None] * CURVE_COLUMNS
     times, values = curve["times_ps"], curve["values"]

@@ -43,7 +43,7 @@ def figure(value: float) -> str:
 
 
 def strip(values: Sequence[float | None], width: int, height: int, top: float) -> list[str]:
-    """Return a curve as rows of braille characters, filled from below, each with two values side by side.
+    """Return a curve as rows of braille characters, filled from below; a character shows two adjacent values.
 
     At rest the curve is a line one dot high; a value of magnitude `top` fills the whole height; None is left blank.
     """

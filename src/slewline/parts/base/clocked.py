@@ -1,4 +1,4 @@
-"""The rule of parts that a clock steps: they count its edges, and promise outputs that follow from the count.
+"""The rule of clocked parts: they count clock edges, and promise outputs that follow from the count.
 
     clock       train --------------------------------->| another train ---->
     direction   high ------------------|  low --------------------------------
@@ -102,7 +102,7 @@ class Clocked(Follower):
         self._level, self._begun = level, True
 
     def _look_ahead(self) -> Events:
-        """Return the clock edges after this instant, up to a steering pin's first edge, which will call `look`."""
+        """Return the clock edges after this instant, up to the first edge of a steering pin; `look` is called then."""
         now = self.kernel.now
         if self._again is not None:
             self._again.token += 1  # it is not called any more

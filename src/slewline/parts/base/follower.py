@@ -111,7 +111,7 @@ class Follower:
             self.kernel.call_at(self.kernel.now, self._schedule_next)
 
     def bound_outputs(self, ps: int) -> None:
-        """Bound the promises of the outputs, because the inputs' promises may not hold from an instant (ps) on."""
+        """Bound the promises of the outputs: from an instant (ps) on, the inputs' promises may no longer hold."""
         for driver in self.part.drivers.values():
             if isinstance(driver.promise, View):
                 driver.promise.until = ps + self.delay_ps
@@ -154,7 +154,7 @@ class HasRule(Protocol):
 
 
 def start_rule(self: HasRule) -> None:
-    """Start the rule, now that the part is wired; parts that need nothing else then use this as their `rewired`."""
+    """Start the rule, now that the part is wired; a part with no other preparation uses this as its `rewired`."""
     self.rule.start()
 
 

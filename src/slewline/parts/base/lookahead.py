@@ -5,8 +5,9 @@
         shown()   train ------------------>|  another train ---------------->
                                            ^ changed(): immediately, before the driver drops its promise
 
-`shown()` returns the present and future state of the wire as one promise or level.  A part whose own promises
-follow from it bounds them when `changed` is called, and calls `shown()` again in the next round.
+`shown()` returns the present and future state of the wire as one promise or level.  If a part's own
+promises follow from this state, the part bounds them when `changed` is called, and calls `shown()`
+again in the next round.
 """
 
 from __future__ import annotations

@@ -73,7 +73,7 @@ class Strobed:
 
 
 class Taken(NamedTuple):
-    """An operation as a value, from which alone the levels of its lines follow.
+    """An operation as a value; the levels of its lines follow from this value alone.
 
     Attributes:
         strobes: the instants of the operation.
@@ -96,7 +96,7 @@ class PortEnd(End, Protocol):
     let_go_ps: int  # from its rising edge until the byte is off the bus
 
     def takes(self, number: int, reading: bool, ps: int) -> bool:
-        """Return whether the port accepts an operation of `number` bytes, as a value, that begins now.
+        """Return whether the port accepts, as a value, an operation of `number` bytes that begins now.
 
         `reading`: it is a read operation, otherwise a write operation; `ps`: the instant of its first strobe.
         """
@@ -201,7 +201,7 @@ class Operation(Leader[Exchange]):
 
     # --------------------------------------------------------------------------------------------- operations as values
     def made(self, ends: tuple[PortEnd, ...]) -> Exchange | None:
-        """Return the exchange with the chipset whose port is in `ends`; None unless exactly one is wired."""
+        """Return the exchange with the chipset whose port is in `ends`; None unless exactly one port is wired."""
         lines = self.lines
         if len(ends) != 1 or ends[0].bus_driver.net is not lines.bus.net:
             return None

@@ -1,9 +1,9 @@
 """The base of every part: its name, pins and findings.  A part sees a chip only through nets.
 
 `wiring` describes the standard wiring to a neighbour (`bench.part(..., to=...)`): for each pin of the part, the role
-(core/datasheet/roles.py) of the neighbour's pin to which it is wired.  If the part has an option `axis`, this sets
-the axis of those neighbour's pins.  Pins in `optional` stay open if no pin of the neighbour has the role.  Pins of
-parts have roles, too, so that a part can be wired to another part.
+(core/datasheet/roles.py) of the neighbour's pin to which it is wired.  If the part has an option `axis`, this
+option selects the axis to which those pins of the neighbour belong.  Pins in `optional` stay open if
+no pin of the neighbour has the role.  Pins of parts have roles, too, so that a part can be wired to another part.
 
 A user's input to a part (a text, a key) goes through a method declared by `@from_outside`, which reports it to `input`,
 so that a journal can repeat it; `verbs` are the methods that a run script can call, with an integer or no argument.
@@ -224,7 +224,7 @@ class Part(Component):
         return self._findings
 
     def be_caught_up(self) -> None:
-        """Call `catch_up` unless it is running already: listeners, which it calls, may query the findings."""
+        """Call `catch_up` unless it is already running: it calls listeners, and these may query the findings."""
         if not self._catching_up:
             self._catching_up = True
             try:

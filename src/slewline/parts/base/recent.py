@@ -1,11 +1,11 @@
 """Received data (bytes, words, answers), of which only the latest are kept.
 
-The data have no time stamps.  Instead, a mark holds an instant and the number of data at that instant.
+The data have no time stamps.  Instead, a mark holds an instant and the number of data received by then.
 Once the mark is older than `before`, the data before it are dropped, and a new mark is set at the end.
 
           before        now
     ........|............|          received data
-      |  dropped  | kept |          kept at least since `before`, at most twice as far back
+      |  dropped  | kept |          kept: at least the time since `before`, at most twice that time
                mark     new mark
 """
 
@@ -34,16 +34,16 @@ class Recent:
         return self.dropped + len(self.what)
 
     def place(self, number: int) -> int:
-        """Return the index in `what` of element `number`, counted from 0 and with the dropped elements included.
+        """Return the index in `what` of an element; its `number` counts from 0 and includes the dropped elements.
 
         If that element has been dropped, return the index of the first kept one: 0.
         """
         return max(number - self.dropped, 0)
 
     def forget(self, before: int, now: int) -> None:
-        """Drop the elements before the last mark, if it is not later than `before` (ps), and set a new mark then.
+        """Drop the elements before the last mark and set a new one, unless the last mark is later than `before`.
 
-        `now` is the present instant (ps), that of the new mark.
+        `now` is the present instant, that of the new mark; `before` and `now` are in ps.
         """
         if self._mark > before:
             return

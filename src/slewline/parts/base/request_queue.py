@@ -49,12 +49,12 @@ class Request(Generic[T]):
 class RequestQueue:
     """The queue of requests to a part, which a task performs one after another.
 
-    `begun`: whether the first request has already affected the lines and must not be interrupted; set by
+    `begun`: whether the first request has already affected the lines, and so must not be interrupted; set by
     parts for which this matters.
 
     Args:
-        give_up: the function called after a timeout, which cancels the last request; a part can provide one
-            that also records this as an input of the part; by default `cancel_last`.
+        give_up: the function that cancels the last request after a timeout; by default `cancel_last`; a part
+            can provide a function that also records the cancelling as an input of the part.
         rest: a function that releases the outputs of the part after a request has been cut short.
     """
 
@@ -106,7 +106,7 @@ class RequestQueue:
 
     @property
     def waiting(self) -> str:
-        """The request under way, in words, with its start time and the number of requests, itself included."""
+        """The request under way, in words, with its start time and the number of requests, this one included."""
         if not self.requests:
             return f"{self.name}: nothing to do"
         queued = counted(len(self.requests), "command")

@@ -183,7 +183,7 @@ class Board(Part):
         raise NotImplementedError
 
     def _offset(self, port: int) -> int:
-        """Return the offset of an address from the base; it is not 0 to 15 if the address is not this board's."""
+        """Return the offset of an address from the base; it is outside 0 to 15 if the address is not this board's."""
         return (port & DECODED) - self.base
 
     def _clock(self, number: int) -> int:
@@ -240,6 +240,6 @@ class Board(Part):
         return byte
 
     async def _ready_within(self, ps: int) -> None:
-        """Wait until bit 7 of the status is 1, but at most until `ps` after the end of the preceding cycle."""
+        """Wait until bit 7 of the status is 1, but at most `ps` picoseconds from the end of the preceding cycle."""
         await self.until_ready(self._began + ps - self.kernel.now)
         self._began = max(self._began, self.kernel.now)

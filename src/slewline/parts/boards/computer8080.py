@@ -191,7 +191,7 @@ class Ppi8255(Part):
 
     @from_outside
     def sendparallel(self, buffer: Data) -> None:
-        """Queue the bytes that precede the stopper FF in a buffer; the routine SENDPARALLEL sends them (fig. 11.6)."""
+        """Queue the bytes of `buffer` before the stopper FF; the routine SENDPARALLEL sends them (fig. 11.6)."""
         data = before_stopper(self.name, buffer)
         self.input("sendparallel", data + bytes([STOPPER]))
         self._queue(data)
@@ -209,7 +209,7 @@ class Ppi8255(Part):
 
     @from_outside
     def rcvbyte(self, number: int) -> None:
-        """Queue a read-out of `number` verify bytes into `received`; V must have been sent before (fig. 6.1)."""
+        """Queue a read-out of `number` verify bytes into `received`; the V command must be sent before (fig. 6.1)."""
         self.input("rcvbyte", number)
         self.queue.post(f"RCVBYTE, {number} bytes", lambda: self._rcvbyte(number))
 

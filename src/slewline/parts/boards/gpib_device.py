@@ -85,7 +85,7 @@ class GpibDevice(Part):
             self._begin()
 
     def _attention(self, net: Net) -> None:
-        """Handle a change of ATN: if it is low, pull NRFD and NDAC low immediately, until the task handles ATN."""
+        """Handle a change of ATN: if it is low, hold NRFD and NDAC low from now until the task handles ATN."""
         if net.level == 0:
             pull(self, "nrfd", True)
             pull(self, "ndac", True)
@@ -155,7 +155,7 @@ class GpibDevice(Part):
 
     # --------------------------------------------------------------------------------------------------------- source
     async def _talk(self) -> None:
-        """Send a verify byte, or the status in a serial poll, whenever the controller is ready, until ATN is low."""
+        """Send a verify byte (in a serial poll: the status) whenever the controller is ready, until ATN is low."""
         atn, nrfd, ready = (self.pin(name).net for name in ("atn", "nrfd", "ready"))
         pull(self, "nrfd", False)
         pull(self, "ndac", False)
@@ -189,7 +189,7 @@ class ControllerSource(SourceHandshake):
     negative = True
 
     async def talk_commands(self, data: bytes, hold: bool = False) -> None:
-        """Send bytes with ATN low; if `hold`, then keep NRFD and NDAC low: the controller is not ready for data."""
+        """Send bytes with ATN low; if `hold`, keep NRFD and NDAC low afterwards (controller not ready for data)."""
         part = self.part
         pull(part, "atn", True)
         await until(self.kernel, self.kernel.now + SETTLING_PS)

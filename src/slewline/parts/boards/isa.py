@@ -94,7 +94,7 @@ class Isa(Board):
         return FLOATING & ~HOSTRDY if register == STATUS and not self.high("hostrdy") else FLOATING
 
     async def _operate(self, byte: int | None, command: bool) -> int:
-        """Write a byte to the host port of the chipset, or without a byte, read one; return the byte.
+        """Write `byte` to the host port of the chipset, or read a byte if `byte` is None; return the byte.
 
         `command`: whether HostCmd is high.
         """

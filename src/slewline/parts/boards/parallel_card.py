@@ -2,7 +2,7 @@ r"""A PC card for a bidirectional bus: the handshake lines are bits of registers
 
     base + 0   data       write: the byte that the card drives while bit 1 of the control is 1;
                           read: the byte on the bus
-         + 2   control    bit 0: IO_REQUEST low; bit 1: the card drives the bus; read as written
+         + 2   control    bit 0: IO_REQUEST low; bit 1: the card drives the bus; reads back as written
          + 4   status     read: bit 7: BUSY is high, bit 6: FPL is high; the other bits read 1
          + 8   reset      write any byte: a pulse on RESET
 

@@ -24,7 +24,7 @@ STEPS = f"{BASES[0]:#x} to {BASES[-1]:#x} in steps of 0x10"
 
 
 class Layout(NamedTuple):
-    """The registers of a board: names by offset from the address `base`, in `reads` for IN, `writes` for OUT."""
+    """The registers of a board: names by offset from the address `base`; `reads` for IN, `writes` for OUT."""
 
     base: int
     reads: Mapping[int, str]

@@ -6,12 +6,12 @@
     c       0  0  0  0  1  1  1  0
     d       1  1  1  0  0  0  0  0
 
-Half stepping goes through all states.  Full stepping leaves the lowest counter bit unchanged: if
-selected at an odd state, two phases are on; at an even state, one phase.  The state advances at the
-rising edge of CLOCK, and RESET sets it to 1.
+Half stepping goes through all states.  Full stepping leaves the lowest counter bit unchanged: if full
+stepping is selected at an odd state, two phases are on; at an even state, one phase.  The state advances
+at the rising edge of CLOCK, and RESET sets it to 1.
 
 Phase current.  Inside the driver, the set-point input has a resistor of 10 kohm to 5 V and another
-(`ground`) to ground; the current is 2 A per volt at this input.  Figure 11 adds R1 to R3, outside:
+(`ground`) to ground; the current is 2 A per volt at this input.  Figure 11 adds external resistors:
 
     5 V --- 10k ---.--- ground --- 0 V         MOV RAMP   on
     5 V - Tr1 - R1 -                            0   0     Tr2        rest
@@ -97,7 +97,7 @@ class GsD200(Part):
 
     @property
     def _step(self) -> int:
-        """The number of states per clock pulse: 1 in half steps, 2 in full steps; negative counterclockwise."""
+        """The number of states per clock pulse: 1 in half steps, 2 in full steps; negative if counterclockwise."""
         return (1 if self.high("direction") else -1) * (1 if self.high("half_full") else 2)
 
     # ------------------------------------------------------------------------------------------------------- changes

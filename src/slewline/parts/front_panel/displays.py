@@ -4,7 +4,7 @@ The LED display is an HDSP-211x type.  It has six address lines:
 
     38 ... 3F   the characters, left to right          30   control word: brightness, flash, blink, clear
     28 ... 2F   rows of the user-defined character     20   number of that character
-    00 ... 07   flash: bit 0, one byte per character   every other address repeats one of these
+    00 ... 07   flash: bit 0, one byte per character   all remaining addresses repeat these
 
 The LCD shows text on its right, and the queried parameters on its left, each parameter on its own line.
 No readable page documents how a CY325 selects the side of the display on which a text appears; here the
@@ -219,7 +219,7 @@ class Lcd(Shows, Part):
     # -------------------------------------------------------------------------------------------------------- display
     @property
     def left(self) -> list[str]:
-        """Left parts of the lines, with the parameters; in excess of the lines, later ones replace earlier ones."""
+        """Left parts of the lines, with the parameters; parameters beyond the last line replace earlier ones."""
         lines = [""] * len(self.text.lines)
         for n, (letter, digits) in enumerate(self.parameters.items()):
             lines[n % len(lines)] = f"{letter}={digits}"

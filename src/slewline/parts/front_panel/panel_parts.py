@@ -1,9 +1,9 @@
 """Parts on the front of a machine: thumbwheel switches, and a switch for jogging.
 
-Thumbwheels are read one digit at a time, at an 8-bit address that no readable page documents.  The model
-uses this address:
+Thumbwheels are read one digit at a time, at an 8-bit address that no legible page of the documentation
+gives.  The model uses this address:
 
-    bits 7 to 3     the low five bits of the letter of the command whose number the switches set;
+    bits 7 to 3     the low five bits of the command letter; the switches set the number of this command;
                     for R = 52H: 10010
     bits 2 to 0     the digit; 0 is the most significant digit
 """

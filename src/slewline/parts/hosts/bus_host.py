@@ -245,6 +245,6 @@ class BusHost(Host):
         return f"{self.name}: {self.chip.name} ({self.chip.sheet.part})"
 
     def _needs(self, role: str, otherwise: str) -> None:
-        """Refuse a call that needs a pin with the role `role` if the part has none; `otherwise` begins the reason."""
+        """Refuse a call that needs a pin with the role `role` if the part has none; the error contains `otherwise`."""
         if self.chip.sheet.role(role) is None:
             raise UsageError(f"{self._part} {otherwise}: the part has no pin for this")

@@ -144,7 +144,7 @@ class Host(Part):
 
     @from_outside
     def give_up(self) -> None:
-        """Cancel the last request in the queue, because it took too long; later requests are performed as usual."""
+        """Cancel the last request in the queue, which took too long; requests queued later are performed as usual."""
         self.input("give_up")
         self.queue.cancel_last()
 

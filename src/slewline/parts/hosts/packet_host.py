@@ -325,7 +325,7 @@ class PacketHost(Host):
 
     @from_outside
     def poll(self, chip: str, axis: int, bit: str, every_ps: int) -> Request[int]:
-        """Queue polling of an axis's status word until `bit` (as for `wait`) occurs; the result is the word."""
+        """Queue polling of an axis's status word until `bit` (as for `wait`) is true; the result is the word."""
         port = served(self.name, self.ports, chip)
         self.input("poll", chip, axis, bit, every_ps)
         return self.queue.submit(f"{bit} of {chip}", lambda: port.until_status(bit, every_ps, axis))
@@ -392,7 +392,7 @@ missing(
 
 @cache
 def _report_missing(sheet: Sheet) -> None:
-    """Register error hints for calls such as host.set_pos(), as the commands in a data sheet are not methods."""
+    """Register error hints for calls such as host.set_pos(), because data-sheet commands are not methods."""
     for row in sheet.rows(PacketRow):
         verb = "query" if row.reads else "command"
         values = "".join(f", {arg.name}" for arg in row.args)

@@ -1,4 +1,4 @@
-"""Common code of hosts on a serial line: dropping, releasing and waiting are done by their UART."""
+"""Common code of hosts on a serial line: their UART drops characters, frees the line, reports its activity."""
 
 from __future__ import annotations
 

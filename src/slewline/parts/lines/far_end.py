@@ -69,7 +69,7 @@ class FarEnd:
         self.addressed = {} if "0" in found else found
 
     def opened_at(self, baud: int) -> None:
-        """Report, once, that a program opens this port at a rate that is ignored here, but wrong for a real cable."""
+        """Report, once, that a program opens this port at a rate that is ignored here, but would fail on a cable."""
         differing = (
             rate_disagreement("the program", baud, name, receiver) for name, receiver in self.receivers.items()
         )

@@ -77,12 +77,12 @@ class HostUart:
         self.part.input("change_line", baud, bits, parity, stop)
 
     def lent(self) -> Callable[[], object]:
-        """Return a function that restores the present rate and format, to be called after another program's use."""
+        """Return a function that restores the present rate and format after another program has used the UART."""
         baud, word = self.baud, self.word
         return lambda: self.set_line(baud, word)
 
     def opened_at(self, baud: int) -> None:
-        """Report, once, that a program opens this port at a rate that is ignored here, but wrong for a real cable."""
+        """Report, once, that a program opens this port at a rate that is ignored here, but would fail on a cable."""
         self.part.input("opened_at", baud)
         self.far.opened_at(baud)
 
@@ -177,7 +177,7 @@ class HostUart:
         await receiver.receive(self.take, self.passed, self._acts)
 
     def catch_up(self) -> None:
-        """Receive the characters that have arrived so far but wait to be processed several at a time."""
+        """Receive the characters that have arrived so far, but have been held back to be processed together."""
         if self.receiver is not None:
             self.receiver.catch_up()
 
@@ -205,7 +205,7 @@ class HostUart:
         return -1
 
     def passed(self, data: bytes) -> None:
-        """Receive characters without a fault, on none of which this end acts."""
+        """Receive characters that have no fault, and on which this end does not act."""
         self._received += data
 
     def take(self, character: Character) -> None:
@@ -271,7 +271,7 @@ class OverUart:
 
     @from_outside
     def opened_at(self, baud: int) -> None:
-        """Report, once, that a program opens this port at a rate that is ignored here, but wrong for a real cable."""
+        """Report, once, that a program opens this port at a rate that is ignored here, but would fail on a cable."""
         self.uart.opened_at(baud)
 
     @from_outside

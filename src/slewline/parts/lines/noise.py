@@ -90,7 +90,7 @@ class Noise:
         self.plans.clear()
 
     def strike(self) -> tuple[str, int]:
-        """Return the fault of the character that begins now, "" if none, and the index of the data bit to garble."""
+        """Return the fault ("" if none) of the character that begins now, and the index of the data bit to garble."""
         if not self.plans:
             return "", 0
         plan = self.plans[0]
@@ -103,7 +103,7 @@ class Noise:
         return plan.kind, bit + (bit >= self.spared)
 
     def hit(self, byte: int) -> tuple[int | None, str]:
-        """Return the byte received when `byte` is sent, None if it is lost; and the fault of its frame, "" if none."""
+        """Return the byte received when `byte` is sent (None if lost), and the fault of its frame ("" if none)."""
         kind, bit = self.strike()
         if kind == "lost":
             return None, ""

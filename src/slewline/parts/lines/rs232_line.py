@@ -67,7 +67,7 @@ class LineDirection:
         self.bend(start, end, does)
 
     def bend(self, start: int, stop: int, does: int) -> None:
-        """Change the levels at start <= t < stop (ps) to MARK, to SPACE, or to their inverse (`does`: INVERTED)."""
+        """Change the levels at start <= t < stop (ps) as `does` requires: MARK, SPACE, or INVERTED (the inverse)."""
         self.windows.append((start, stop, does))
         for ps in (start, stop):
             self.kernel.call_at(ps, self._after_edges)

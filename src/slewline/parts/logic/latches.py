@@ -71,7 +71,7 @@ class PositionLatch(Part):
 class PhaseLatch(Part):
     """A latch between the phase pins and the motor, clocked by the rising edge of PULSE (s.4).
 
-    The latch keeps the coils energised when the command I, or RESET, switches the phase pins off without a
+    The latch keeps the coils energised when the I command, or RESET, switches the phase pins off without a
     PULSE.  `off` high switches all coils off, regardless of the latch.  A low output energises its coil, as
     on the chip.
     """
@@ -109,7 +109,7 @@ class PhaseLatch(Part):
         self._hold(int(coil.level(ps)) for coil in self._coils)
 
     def _step(self) -> None:
-        """Latch the present levels of the phase pins, because a clock edge is at this instant."""
+        """Latch the present levels of the phase pins, because a clock edge occurs at this instant."""
         self._hold(self._read())
 
     def _hold(self, levels: Iterable[int]) -> None:

@@ -1,7 +1,7 @@
 """The drilling machine of the GS-C data sheet, example 2: a drill, and a bar that is fed, drilled and cut.
 
-    bar unit     UO2 -> UI2 of the drill unit   drill now        UO1 -> blade
-    drill unit   UO1 -> UI2 of the bar unit     hole is done     UO2 -> motor of the drill
+    bar unit     UO2 -> UI2 of the drill unit   "drill now"        UO1 -> blade
+    drill unit   UO1 -> UI2 of the bar unit     "hole is done"     UO2 -> motor of the drill
 
 The net `bit` joins bar and drill; it is high while the drill is in the bar.
 """

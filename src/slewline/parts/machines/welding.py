@@ -65,7 +65,7 @@ class Workpieces(Part):
                 self._next()
 
     def shows(self) -> dict[str, Any]:
-        """Return the numbers of workpieces, of finished ones, and of welds that the one in place still needs."""
+        """Return the number of workpieces, of finished workpieces, and of welds that the present one still needs."""
         return {"pieces": self.pieces, "finished": self.finished, "left": self.left}
 
     @property

@@ -1,7 +1,7 @@
 r"""The local bus of a chip: an address latch, and an output enabled by a strobe.
 
-select  ----\____________________________/----    falling: latches the byte on the bus as a high address
-ale     _________/--\_______________________      falling: latches the byte on the bus as a low address
+select  ----\____________________________/----    falling: latches the high byte of an address
+ale     _________/--\_______________________      falling: latches the low byte of an address
 wr      -----------------\____/-------------      rising: the byte on the bus is written to a writable part
 rd      -----------------\________/---------      low: the addressed byte is on the bus
 db      ==========|= low =|== data ==|

@@ -194,7 +194,7 @@ def _starts(law: MotorLaw, rate: float) -> bool:
 
 
 def _comes_to(law: MotorLaw, rate: float) -> bool:
-    """Return whether the motor reaches a rate (full steps/s) in step when accelerated slowly.
+    """Return whether the motor, slowly accelerated, reaches a rate (full steps/s) without losing steps.
 
     The motor begins in step at a lower rate, with a typical lag; how it got to that rate does not matter.
     """
@@ -209,7 +209,10 @@ def _comes_to(law: MotorLaw, rate: float) -> bool:
 
 
 def _sweep(first: float, last: float) -> NDArray[np.int64]:
-    """Return the instants (ps) of commands at the rate `first`, then slowly accelerated to `last` (commands/s)."""
+    """Return the instants (ps) of commands at a constant rate, which then slowly rises.
+
+    The constant rate is `first` and the final rate `last`, in commands/s.
+    """
     import numpy as np
 
     even = np.arange(1, int(first * SETTLES_S) + 1) / first

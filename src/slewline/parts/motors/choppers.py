@@ -16,17 +16,21 @@ MUCH = 0.1  # fraction of the current: a ripple that costs a twentieth of the to
 
 
 def ripple(motor: MotorData, driver: DriverData) -> float:
-    """Return the maximum current ripple in slow decay, peak to peak, A; it occurs at half the supply voltage.
+    """Return the maximum current ripple in slow decay, peak to peak, A.
 
-    The EMF of a turning motor reduces the ripple.  For an averaged driver, which models only the mean
-    current, the result is the ripple of a chopper with the same clock.
+    It occurs when the mean voltage of the winding is half the supply voltage.  The EMF of a
+    turning motor reduces the ripple.  For an averaged driver, which models only the mean current, the result
+    is the ripple of a chopper with the same clock.
     """
     share = 2 if driver.off_time else 4  # the off-time is the fixed time, or half a period
     return driver.supply * driver.period / (share * motor.inductance)
 
 
 def least_current(motor: MotorData, driver: DriverData) -> float:
-    """Return the current, A, that blanking time alone drives through a winding at rest in slow decay, else 0."""
+    """Return the current, A, that blanking time alone drives through a winding at rest in slow decay.
+
+    Return 0 if the driver is not a chopper with slow or auto decay and a blanking time.
+    """
     if driver.kind != "chopper" or driver.decay not in ("slow", "auto") or not driver.least_on:
         return 0.0
     period = driver.off_time + driver.least_on if driver.off_time else driver.period
@@ -51,7 +55,7 @@ def current_note(motor: MotorData, driver: DriverData, *, little: bool = False) 
 
 
 def chopper_notes(motor: MotorData, driver: DriverData, given: Any) -> tuple[str, ...]:
-    """Return notes on a driver's current and on its chopper, switching or averaged; () if there are none.
+    """Return notes on a driver's current and on its chopper (switching or averaged); () if there are none.
 
     Args:
         given: the driver as set by the user; if it has neither a chopper clock nor a known name, 20 kHz

@@ -148,7 +148,7 @@ NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 
 
 def _pattern(form: str) -> re.Pattern[str]:
-    """Return the pattern that matches one part of a driver's text, from its form, such as "rest {rest:A}"."""
+    """Return the pattern that matches parts of a driver's text of a given form, such as "rest {rest:A}"."""
     found = ""
     for words, name, unit in re.findall(r"([^{]*)(?:\{(\w+):(\w+)\})?", form):
         found += re.escape(words).replace(r"\ ", r"\s+")

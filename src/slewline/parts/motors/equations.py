@@ -38,7 +38,7 @@ class Equations:
         rates: the rates of change of the states.
         settle: assignments after each step; a state before the step has a 0 after its name: `omega0`.
         edge: the effect of an edge of the inputs; r1 is the new set point, o1 the previous one.
-        rest: the conditions, all of which must be true for nothing to change any more.
+        rest: the conditions for rest: when all of them are true, nothing changes any more.
     """
 
     states: tuple[str, ...] = ()
@@ -158,7 +158,7 @@ RIPPLES = "(on# == 0.0) and (absolute(i# - 0.7 * r#) <= 0.32 * absolute(r#))"
 
 
 def chopper(decay: str, blanked: bool, timed: bool) -> Equations:
-    """Return the equations of a chopper: a latch keeps a phase on until the current of that phase peaks.
+    """Return the equations of a chopper: a latch keeps a phase on until its current reaches the set point.
 
     Args:
         decay: slow, fast, mixed, or auto; auto is slow, but mixed after an edge at which the current is to

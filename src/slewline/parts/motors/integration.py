@@ -1,4 +1,4 @@
-"""Integration of a motor's equations at grid points: first in plain Python, compiled once that saves time."""
+"""Integration of a motor's equations at grid points, in plain Python until compiling them saves time."""
 
 from __future__ import annotations
 
@@ -174,8 +174,8 @@ class Integration:
     ) -> tuple[bool, bool, tuple[Any, ...]]:
         """Return whether more grid points may follow, whether the motor is at rest, and the next points as columns.
 
-        The columns are instants, commands, codes and states; their first row is `point`.  Mostly filled columns
-        are returned without being copied; copying would take half as long as the integration.
+        The columns are instants, commands, codes and states; their first row is `point`.  Columns that are
+        mostly filled are returned uncopied; copying would take half as long as the integration.
         """
         import numpy as np
 

@@ -1,4 +1,4 @@
-"""Integrators made from equations: classical Runge-Kutta with a fixed step, counted from each input edge.
+"""Integrators made from equations: classical Runge-Kutta, on a fixed grid that restarts at each input edge.
 
     input edges      |                    |
     grid points      0    h    2h    3h   0    h    2h    3h    ...
@@ -46,7 +46,8 @@ PS = "1e-12"
 class Model:
     """Equations of one system, in the order of their evaluation.
 
-    `parameters` are the names in capitals in the equations; `rows` is the number of set points: r1, r2 ...
+    `parameters` are the names in capitals in the equations; `rows` is the number of
+    set points (r1, r2 ...) in each row of the driver's table.
     """
 
     pieces: tuple[Equations, ...]
@@ -99,7 +100,7 @@ class Model:
 
     @property
     def _rest(self) -> str:
-        """The condition, as source text, under which the motor is at rest; the load's part, seldom true, is first."""
+        """Source text of the condition for rest; the load's conditions come first, because they are seldom true."""
         conditions = [condition for piece in reversed(self.pieces) for condition in piece.rest]
         return " and ".join(f"({condition})" for condition in conditions) or "False"
 
@@ -172,7 +173,10 @@ class Model:
 
     @property
     def after(self) -> str:
-        """Source text of the function `after`: the state `span` ps after a grid point, up to the next grid point."""
+        """Source text of the function `after`, which computes the state `span` ps after a grid point.
+
+        That instant must not be later than the next grid point.
+        """
         saved = [f"{name}_ = {name}" for name in self._kept_names]
         marks = dict.fromkeys(self.states, "0") | dict.fromkeys(self._kept_names, "_")
         same = f"({', '.join(name + marks.get(name, '') for name in self.whole)},)"
@@ -247,7 +251,7 @@ def crossing(parameters, table, t, state, code, low, span, which, factor, bound,
 
 @dataclass(frozen=True)
 class Engine:
-    """The functions of a model, by name, for plain Python or compiled: `advance`, `after` and `crossing`."""
+    """The functions of a model, by name, in plain Python or compiled: `advance`, `after` and `crossing`."""
 
     functions: dict[str, Callable[..., Any]]
 

@@ -44,9 +44,7 @@ def check_steps(steps: str) -> str:
         UsageError: the text is not a step mode.
     """
     if not isinstance(steps, str) or not _STEPS.fullmatch(steps):
-        raise UsageError(
-            f"steps {steps!r}; allowed 'full', 'wave', 'half', and 'micro' with a number, such as 'micro 8'"
-        )
+        raise UsageError(f"steps {steps!r}; allowed 'full', 'wave', 'half', or 'micro' and a number ('micro 8')")
     return steps
 
 
@@ -66,7 +64,8 @@ class MotorLaw:
         step_ps: the grid step, ps; 0: 20 µs, 1 µs for a switching chopper.  The grid restarts at each edge.
         blocked: whether the rotor is blocked.
         phased: whether the inputs are phases, not steps; `steps` is then "half", and the table has a row per
-            combination of phases, numbered by the sum over the phases that are on: 1 for phase 1, 2, 4 ...
+            combination of phases, numbered by the sum of the values of the phases that are on:
+            1 for phase 1, 2 for phase 2, 4 for phase 3 ...
         origin: if phased, the command, in half steps as in `fields`, that counts as command 0.
         restless: whether to integrate also at rest, to include the chopper ripple.
 
@@ -98,9 +97,7 @@ class MotorLaw:
         if self.load.stiffness > 0 and self.load.inertia <= 0:
             raise UsageError(f"load: inertia {self.load.inertia} on a coupling; allowed more than 0")
         if self.motor.windings == "reluctance" and self.steps not in ("full", "wave", "half"):
-            raise UsageError(
-                f"{self.motor.name}: steps {self.steps!r} of a reluctance motor; allowed 'full', 'wave', 'half'"
-            )
+            raise UsageError(f"{self.motor.name} (reluctance): steps {self.steps!r}; allowed 'full', 'wave', 'half'")
 
     # ------------------------------------------------------------------------------------------------------- components
     @cached_property
@@ -199,7 +196,7 @@ class MotorLaw:
 
     @cached_property
     def table(self) -> tuple[tuple[float, ...], ...]:
-        """Set points (A, V, or 1 for on): for each of `LEVELS`, a row per command of a cycle or set of phases."""
+        """Set points (A, V, or 1 for on): for each of `LEVELS`, a row per command or combination of phases."""
         return table(self.motor, self.driver, self.steps, self.phased, self.origin)
 
     def asked(self) -> tuple[tuple[float, ...], ...]:
@@ -240,8 +237,9 @@ class MotorLaw:
 
     @cached_property
     def fields(self) -> tuple[int | None, ...]:
-        """The command, 0 to `cycle` - 1, for each combination of phases, by its bits; None if there is no field.
+        """The command, 0 to `cycle` - 1, for each combination of phases; None if there is no field.
 
+        The index is the combination: bit 0 is set if phase 1 is on, bit 1 if phase 2 is on ...
         With two windings, phases 1 and 2 are the ends of one winding, 3 and 4 those of the other; command 0
         corresponds to phases 1 and 3 being on.
         """
@@ -262,7 +260,7 @@ class MotorLaw:
         return self.driver.kind in ("voltage", "bilevel")
 
     def asked_for(self, signs: Sequence[float], factor: float) -> tuple[float, ...]:
-        """Return the set points for a field (-1 to 1 per winding), with the current times a factor (0: off)."""
+        """Return the set points for a field (-1 to 1 per winding), the current multiplied by `factor` (0: off)."""
         on = factor > 0
         if self.motor.windings == "unipolar":
             one, two = signs
@@ -275,7 +273,10 @@ class MotorLaw:
 
     # ------------------------------------------------------------------------------------------------------ to and from
     def at_rest(self, command: int = 0, level: str = "slew", code: int | None = None) -> tuple[float, ...]:
-        """Return the state at rest at `command`, its currents settled at row `code`, by default the row at `level`."""
+        """Return the state at rest at `command`, with the settled currents of the table row `code`.
+
+        If `code` is None, the row is that of `command` at the current level `level`.
+        """
         row = self.table[self.code(command, level) if code is None else code]
         place = command / self.micro * self.motor.step
         amperes = dict(zip(("i1", "i2", "i3", "i4"), self._settled(row), strict=False))
@@ -283,7 +284,7 @@ class MotorLaw:
         return tuple(given.get(name, 0.0) for name in self.names)
 
     def turning(self, rate: float) -> tuple[float, ...]:
-        """Return the state of a rotor that turns in step at a constant rate, full steps/s, as command 0 begins."""
+        """Return the state, when command 0 begins, of a rotor turning in step at a constant rate, full steps/s."""
         named = dict(zip(self.names, self.at_rest(), strict=True))
         named |= {name: -LAGS * self.step for name in ("theta", "theta2") if name in named}
         named |= {name: rate * self.step for name in ("omega", "omega2", "omega3") if name in named}
@@ -316,7 +317,10 @@ class MotorLaw:
         )
 
     def after(self, t: int, state: Sequence[float], code: int, span: int) -> tuple[float, ...]:
-        """Return the state `span` ps after the grid point at `t`, no later than the next grid point."""
+        """Return the state `span` ps after the grid point at `t`.
+
+        That instant must not be later than the next grid point.
+        """
         found: tuple[float, ...] = self.model.python.after(self.parameters, self.table, t, tuple(state), code, span)
         return found
 

@@ -132,9 +132,9 @@ class LoadData:
     """The load of a motor, in addition to its rotor.
 
     `friction` is Coulomb friction, and `stiction` the torque that a shaft at rest resists (None: equal to
-    the friction).  `torque` acts backwards, against counting up, like a weight being lifted.  With
-    `stiffness` the inertia is connected by a coupling, and friction and torque act beyond that coupling.  A
-    damper is an inertia of `damper_inertia`, dragged along by `damper_drag`.
+    the friction).  `torque` acts backwards, against forward motion, like a weight being lifted.  If
+    `stiffness` is not 0, a coupling connects the inertia, and friction and torque act beyond that coupling.
+    A damper is an inertia of `damper_inertia`, dragged along by `damper_drag`.
     """
 
     inertia: float = 0.0  # kg m2

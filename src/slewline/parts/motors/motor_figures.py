@@ -1,4 +1,4 @@
-"""Figures of a motor, a driver or a load: rows that define names, units and ranges; and their text form."""
+"""Figures of a motor, a driver or a load: their names, units and ranges, and how text sets them."""
 
 from __future__ import annotations
 
@@ -58,8 +58,8 @@ def of_text(
 
     Args:
         name: name of the described object, for messages.
-        spelled: figures by other words for them, such as "holding torque", in lower case; also replacements
-            for whole parts of the text, such as "windings unipolar" for "unipolar".
+        spelled: maps other wordings, in lower case, to names of figures, such as "holding torque" to
+            "torque"; or whole parts of the text to replacements, such as "unipolar" to "windings unipolar".
         beside: names allowed in addition to the figures.
 
     Raises:

@@ -5,7 +5,7 @@ torque of the load    . . . . . . . /|         the motor turns at a constant rat
                       . ./           v
 
 A single rate may mislead: at some rates a motor oscillates, and a chopper whose clock is a multiple of
-the step rate beats with it at that rate only.  So the neighbours of each rate are measured as well.
+the step rate beats with the steps at that rate only.  So the neighbours of each rate are measured, too.
 """
 
 from __future__ import annotations

@@ -110,7 +110,7 @@ class Carriage(Part):
         return float(self.shaft.place * self.scale)
 
     def shows(self) -> dict[str, Any]:
-        """Return the position, the hard stops (None: no stop), both in the carriage's unit, and that unit."""
+        """Return the position and the hard stops (None: no stop) in the carriage's unit, and the unit itself."""
         low, high = (None if stop is None else float(stop * self.scale) for stop in self._stops)
         return {"place": self.place, "unit": self.unit, "low": low, "high": high}
 

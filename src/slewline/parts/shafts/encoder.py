@@ -74,7 +74,10 @@ class CountOutputs:
         return counts / self.rule.counter.scale.per_step
 
     def push(self, counts: int) -> None:
-        """Turn the shaft by hand, as an input of the part, by `counts` (negative: backwards), one count every 2 µs."""
+        """Turn the shaft by hand, by `counts` (negative: backwards), one count every 2 µs.
+
+        The call is recorded as an input of the part.
+        """
         check_counts(self.part, counts)
         self.part.input("push", counts)
         self.hand += counts
@@ -108,7 +111,7 @@ def check_counts(part: Part, counts: object) -> None:
 
 
 class ShowsCounts:
-    """Mixin for parts with `CountOutputs`: adds count and turning by hand; list it before `Part` in the bases."""
+    """Mixin that adds the count and `push` to a part with `CountOutputs`; list it before `Part` in the bases."""
 
     name: str
     _outputs: CountOutputs
@@ -141,7 +144,7 @@ class ShowsCounts:
 
 
 class Encoder(ShowsCounts, Blockable, Part):
-    """An encoder on a motor's shaft; its own motor steps at each falling edge of PULSE, forward if DIR is high.
+    """An encoder on a shaft, or with a motor that steps at falling edges of PULSE (forward if DIR is high).
 
     Args:
         on: the shaft that carries the encoder; None: the encoder has its own motor, driven by PULSE and DIR.
@@ -217,7 +220,7 @@ class Encoder(ShowsCounts, Blockable, Part):
         """Let the shaft slip: it does not follow its drive for the next `counts` counts, in either direction."""
         check_counts(self, counts)
         if counts < 0:
-            raise UsageError(f"{self.name}: slip by {counts} counts; allowed 0 or more (use push() to turn the shaft)")
+            raise UsageError(f"{self.name}: slip by {counts} counts; allowed 0 or more (push turns the shaft)")
         self.input("slip", counts)
         self.shaft.slip(self._outputs.steps(counts))
         self.kernel.settle()

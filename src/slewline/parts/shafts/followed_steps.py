@@ -43,7 +43,10 @@ class PulseFollowing:
 
 @dataclass(frozen=True)
 class MotorLimits:
-    """Limits of a motor: step duration, maximum rate from rest, acceleration, and other pulses that it misses."""
+    """Limits of a motor: step duration, maximum rate from rest, and acceleration.
+
+    `loses` are the numbers of the pulses that the motor misses in any case; the first pulse is number 1.
+    """
 
     lag_ps: int
     pull_in: float
@@ -126,7 +129,7 @@ class FollowedSteps(Events):
                 done += self._work_some(times[done : done + self._many])
 
     def _work_some(self, times: Any) -> int:
-        """Process the lost first pulse or the run of followed pulses at the start; return the number processed."""
+        """Process the first pulse if it is lost, else the run of followed pulses; return the number processed."""
         state = self.limits.after(self._state, int(times[0]), self.sign)
         if not state.follows:
             self._state, self._known, self._many = state, self._known + 1, FEW

@@ -105,15 +105,15 @@ class HasDrive(Protocol):
 
 
 def attach_drive(self: HasDrive, own: str, row: Pin) -> None:
-    """Take step edge and DIRECTION polarity from the neighbour's pin: the `attached` of parts with a drive."""
+    """Take step edge and DIRECTION polarity from a neighbour's pin; parts with a drive use this as `attached`."""
     self.drive.attached(own, row)
 
 
 class Translator(Part):
     """A translator and its motor: a falling edge of PULSE is a step in the direction of DIRECTION (CY525 fig. 10.4).
 
-    It sees only these two lines, so a PULSE that the commands O 128 to 255 output for a phase latch also counts as a
-    step.  Parts on its `shaft`, such as an encoder, switches or a gear, turn with it.
+    It sees only these two lines, so a PULSE that a command O 128 to O 255 outputs for a phase latch is also
+    a step.  Parts on its `shaft`, such as an encoder, switches or a gear, turn with it.
 
     Args:
         axis: the neighbour's axis.
@@ -328,7 +328,7 @@ class Rotor(Part):
 
     # ------------------------------------------------------------------------------------------------------- changes
     def _cut(self, ps: int) -> None:
-        """Process the inputs up to an instant (ps), because earlier levels cannot be queried after it."""
+        """Process the inputs up to an instant (ps), because their levels up to then cannot be queried later."""
         if self._read_ps is not None:
             self._read(self._read_ps, ps)
             self._levels = [lookahead.level(ps) for lookahead in self.rule.lookaheads.values()]

@@ -41,7 +41,7 @@ class Sensor(Follower):
 
     Args:
         part: the part, with its pins.
-        shaft: the shaft, which is followed from just before time first passes.
+        shaft: the shaft, which is followed from `start` on; `start` is called before time passes.
         scale: counts per step, or the positions at which the count changes.
         lag_ps: the delay from the shaft to the outputs, ps.
         show: a function that promises the outputs from `counter`; called at each new motion.
@@ -93,7 +93,7 @@ class Sensor(Follower):
 
 
 def _later() -> None:
-    """Do nothing when the shaft is turned edge by edge, because the outputs change later."""
+    """Do nothing at an edge that turns the shaft, because the outputs change later than that edge."""
 
 
 class Switch(Part):
@@ -201,9 +201,10 @@ class Switch(Part):
 def zone(
     low: Fraction | None, high: Fraction | None, hysteresis: Fraction
 ) -> tuple[CountScale, tuple[bool | None, ...]]:
-    """Return a switch's bounds, and its state where 0, 1, 2 ... of the bounds are at or below the position.
+    """Return a switch's bounds, and its states below, between and above the bounds.
 
-    A state is closed (True), open (False), or unchanged (None).
+    State n applies where n of the bounds are at or below the position.  A state is closed (True),
+    open (False), or unchanged (None).
     """
     bounds: list[tuple[Fraction, bool | None]] = []
     if low is not None:

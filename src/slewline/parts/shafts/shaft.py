@@ -68,7 +68,7 @@ class Shaft:
 
     # ---------------------------------------------------------------------------------------------- driving the shaft
     def cut(self, ps: int) -> None:
-        """End the present motion at an instant (ps); an identical motion continues it until `turn` is called."""
+        """End the motion at an instant (ps); one with the same drive continues from there until `turn` is called."""
         motion = self.motion
         if ps > motion.since:
             self.look(ps)
@@ -115,7 +115,7 @@ class Shaft:
         self._take(replace(self.motion, place=self.motion.place + int(steps * self.motion.unit)))
 
     def _prepare(self, steps: Fraction) -> None:
-        """Bring the motion up to date, in parts of a step so small that `steps` is a whole number of them."""
+        """Bring the motion up to date, and refine its unit until `steps` is a whole number of units."""
         self.cut(self.kernel.seen)
         self.motion = common(self.motion, steps.denominator)
 
@@ -167,7 +167,7 @@ class Shaft:
     def place_at(self, times: NDArray[np.int64]) -> NDArray[np.float64]:
         """Return the positions at instants of the past (int64 ps), in any order, in steps: (n,) float64.
 
-        For an instant before the kept past, return the first kept position.
+        For an instant before the oldest position that is kept, return that position.
         """
         import numpy as np
 
@@ -180,7 +180,10 @@ class Shaft:
         return places
 
     def changes(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Return the steps at start < t <= stop: (n,) int64 ps, and the positions after them, (n,) float64 steps."""
+        """Return the instants of the steps at start < t <= stop, and the positions after these steps.
+
+        The instants are (n,) int64 ps, and the positions (n,) float64, in steps.
+        """
         import numpy as np
 
         found, before = [], None
@@ -226,7 +229,10 @@ class Shaft:
         del self.past[: max(0, n)]
 
     def _keep(self, motion: ShaftMotion, ps: int) -> None:
-        """Keep a past motion, merging single steps in one direction; a motion without steps may be left out."""
+        """Keep a past motion; merge successive single steps in the same direction into one motion.
+
+        A motion without steps may be left out.
+        """
         if len(self.past) > 2 * KEPT:
             del self.past[:-KEPT]
         last = self.past[-1] if self.past else None
@@ -360,7 +366,7 @@ class BacklashShaft(DrivenShaft):
     """A shaft driven by another with backlash: after a reversal it stops until the backlash is taken up.
 
     It begins at `start`, as if reached by a forward move: after a forward move, it is as far above the
-    driving shaft as at the beginning; after a move backwards, up to `play` further.
+    driving shaft as at the beginning; after a move backwards, it is up to `play` higher than that.
     """
 
     def __init__(self, under: Shaft, play: Fraction, start: Fraction) -> None:

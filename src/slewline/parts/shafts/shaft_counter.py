@@ -25,7 +25,7 @@ MANY = 64  # counts; for more, arrays are faster
 
 @dataclass(frozen=True)
 class CountScale:
-    """A scale of counts: counts per step, rounded down, or the number of bounds at or below the position."""
+    """A scale of counts: position times counts per step, rounded down, or the number of bounds at or below it."""
 
     per_step: Fraction = Fraction(0)
     bounds: tuple[Fraction, ...] = ()  # places in steps, ascending
@@ -88,8 +88,8 @@ class Counter(Protocol):
     def after(self, ps: int, changes: int = 1) -> When:
         """Return when (ps) the count shown will have changed `changes` times after an instant (ps).
 
-        If a change caused by an earlier motion is still to be shown then, return when the next change is shown,
-        whatever `changes` is.
+        If, at that instant, a change caused by an earlier motion has not been shown yet, return when the next
+        change is shown, whatever `changes` is.
         """
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
@@ -111,8 +111,8 @@ class StepCounter:
     """The counts of a motion made of steps, shown `lag_ps` after the steps.
 
     `coming` holds the changes (instants, counts) that had been caused, but not yet shown, when the motion
-    began; `before` is the count shown at that time.  The first change of this motion cancels those not shown
-    by then.
+    began; `before` is the count shown at that time.  When the first change of this motion is shown, any
+    changes in `coming` that have not been shown are cancelled.
     """
 
     motion: ShaftMotion
@@ -196,8 +196,8 @@ class StepCounter:
     def after(self, ps: int, changes: int = 1) -> When:
         """Return when (ps) the count shown will have changed `changes` times after an instant (ps).
 
-        If a change caused by an earlier motion is still to be shown then, return when the next change is shown,
-        whatever `changes` is.
+        If, at that instant, a change caused by an earlier motion has not been shown yet, return when the next
+        change is shown, whatever `changes` is.
         """
         j = self._shown(ps)
         times = self.coming[0]
@@ -268,7 +268,7 @@ class StepCounter:
         return StepCounter(motion, self.scale, self.lag_ps, self.level(ps), coming, self.marks)
 
     def on(self, motion: ShaftMotion, now: int) -> StepCounter:
-        """Return a counter for `motion`, which continues the present motion, or follows a push at `now` (ps)."""
+        """Return a counter for `motion`: the present motion continued, or the motion after a push at `now` (ps)."""
         after = StepCounter(motion, self.scale, self.lag_ps, self.before, self.coming, self.marks)
         by = after.count - self.count
         if by:
@@ -282,7 +282,7 @@ class StepCounter:
 
 
 def counter_of(motion: Any, scale: CountScale, lag_ps: int) -> Counter:
-    """Return a counter of a motion, which shows each count `lag_ps` later.
+    """Return a counter of a motion; the counter shows each count `lag_ps` later.
 
     A motion that is not made of steps provides the counter itself.
     """

@@ -1,4 +1,4 @@
-"""The motion of a shaft, which is queried rather than stepped.
+"""The motion of a shaft, in a form that is queried rather than stepped.
 
 A `ShaftMotion` returns the position of a shaft at any instant from its start until an unforeseen event.
 The shaft follows the edges of a clock, promised by a pulse train or made by a machine.  Its position is
@@ -80,7 +80,7 @@ class ShaftMotion:
         return Fraction(self.level(ps), self.unit)
 
     def edge_by(self, parts: int) -> int | None:
-        """Return the number of the edge that completes a move by `parts`, at least 1; None if no edge does."""
+        """Return the number of the edge that completes a move by `parts` (at least 1 part); None if no edge does."""
         k = -(-(parts + self.slack) // self.step)
         return k if self.room is None or k <= self.room else None
 
@@ -172,5 +172,5 @@ class ShaftMotion:
 
 
 def common(one: ShaftMotion, unit: int) -> ShaftMotion:
-    """Return the motion in parts so small that its present parts and 1/`unit` step are multiples of them."""
+    """Return the motion in parts of which its present parts and 1/`unit` step are both whole multiples."""
     return one if one.unit % unit == 0 else one.refined(lcm(one.unit, unit) // one.unit)

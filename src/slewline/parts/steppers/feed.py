@@ -127,7 +127,7 @@ class Feed:
 
 
 def changes(values: Any, before: int) -> Any:
-    """Return which values differ from their predecessors, the first value from `before`: (n,) bool."""
+    """Return which values differ from their predecessors: (n,) bool; `before` precedes the first value."""
     import numpy as np
 
     differ = np.empty(len(values), bool)
@@ -182,7 +182,7 @@ class Pins:
     columns: Mapping[str, tuple[int, bool]]
 
     def __call__(self, reading: Reading, name: str, otherwise: bool) -> Any:
-        """Return whether a pin is active in each row of a reading, (n + 1,) bool; `otherwise` for a pin not read."""
+        """Return whether a pin is active in each row of a reading, (n + 1,) bool; `otherwise` if it is not read."""
         import numpy as np
 
         found = self.columns.get(name)
@@ -222,9 +222,9 @@ def steps_asked(law: MotorLaw, pins: Pins) -> Asked:
 def phases_asked(law: MotorLaw, pins: Pins, names: Sequence[str], fields: Sequence[int | None]) -> Asked:
     """Return a function that converts phases to commands.
 
-    The new command is the one nearest to the present command that equals the field of the phases modulo
-    `law.cycle`.  If the phases have no field, or two such commands are equally near, the command is
-    unchanged.
+    Of the commands that equal the field of the phases modulo `law.cycle`, the new command is the one nearest
+    to the present command.  If the phases have no field, or two such commands are equally near, the command
+    is unchanged.
 
     Args:
         fields: for each set of phases that are on (the first phase counts 1, then 2, 4 ...), the command

@@ -40,7 +40,7 @@ class Losses:
         self._last = self._done + 1, 0.0  # last grid point, and the lag there
 
     def look(self, ps: int) -> Iterator[tuple[int, str, str]]:
-        """Yield time (ps), code and text of each event up to an instant (ps), or the last committed one if earlier."""
+        """Yield time (ps), code and text of each event up to an instant (ps), at most the last committed instant."""
         if ps <= self._done:
             return
         for law, columns, _ in self.run.between(self._done, ps):

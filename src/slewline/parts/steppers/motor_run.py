@@ -113,8 +113,8 @@ class Run:
     """The motion of a rotor.
 
     The functions in `cuts` are called with an instant (ps) when the foreseen future from that instant on is
-    dropped.  `along` holds results derived from the run, such as `Passings`, by the arguments from which
-    they were made.
+    dropped.  `along` holds results derived from the run, such as `Passings`, keyed by the arguments from
+    which they were made.
 
     Args:
         law: the law of motor, driver and load; `alter` can replace it.
@@ -131,7 +131,7 @@ class Run:
         self.begin(law, first)
 
     def begin(self, law: MotorLaw, first: Point) -> None:
-        """Restart with another law, at the rotor position of the old starting point; nothing has been shown yet."""
+        """Restart with another law, at the old starting point's rotor position, before anything has been shown."""
         self.stretches = [Stretch(law, first)]
         self.reached = first.t  # the instant up to which it is integrated
         self._integration = Integration(law, self._engine)
@@ -184,7 +184,7 @@ class Run:
             self.stretches[-1 - WHOLE].drop()
 
     def follow(self, seen: int) -> None:
-        """Use the present inputs; drop the future from the first edge after `seen` (ps) that they change."""
+        """Use the present inputs; if they change edges after `seen` (ps), drop the future from the first such edge."""
         if self.reached <= seen:
             return
         n = len(self.stretches) - 1
@@ -201,7 +201,7 @@ class Run:
                 self.alter(differs, stretch.law, **(stretch.changed or {}))
 
     def _cut(self, ps: int, since: int) -> None:
-        """Drop the points at or after an instant (ps), and call `cuts` with `since`, from which on the run differs."""
+        """Drop the points at or after an instant (ps); call `cuts` with `since`, where the run first differs."""
         while len(self.stretches) > 1 and self.stretches[-1].first.t >= ps:
             self.stretches.pop()
         self.stretches[-1].cut(ps)
@@ -271,7 +271,7 @@ class Run:
 
     @property
     def known_to_rest(self) -> int:
-        """The first instant (ps) more than a grid step after the last point; losses are not counted before it."""
+        """The first instant (ps) more than a grid step after the last point; until then, losses are not counted."""
         return self.stretches[-1].last.t + self.law.step_ps + 1
 
     def forget(self, before: int) -> None:

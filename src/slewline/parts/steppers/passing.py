@@ -312,7 +312,7 @@ class Passings:
     def _crossings(
         self, law: MotorLaw, before: Point, low: int, high: int, count: int, after: int
     ) -> Iterator[tuple[int, int]]:
-        """Yield the instant (ps) of each single change from `count` to `after`, and the count after that change.
+        """Yield each change by 1 on the way from `count` to `after`: its instant (ps), and the count after it.
 
         The rotor turns in one direction from `low` to `high` (ps after the grid point `before`).
         """

@@ -65,11 +65,11 @@ class Stepper(Blockable, Part):
         active: the level of a phase that is on; None: the active level of the neighbour's pin, or 1 if it
             has none.
         step: the step of the integrator; None: 20 µs, or 1 µs with a chopper.
-        lag: the delay from the instant at which the rotor enters or leaves the two steps to the edge of
-            `stall`.
+        lag: the delay of each edge of `stall` after the instant at which the rotor comes within two steps
+            of its command, or moves further away than that.
         engine: the engine of the integrator: "python"; "numba", which compiles before simulated time passes;
-            None: Python, then Numba, if it is installed, as soon as that saves time.  The results are
-            bit-identical.
+            None: Python at first, then Numba (if it is installed) as soon as Numba saves time.  The results
+            are bit-identical.
     """
 
     _for_users = (
@@ -187,7 +187,7 @@ class Stepper(Blockable, Part):
         self.add_pin("stall", "out", "high: two steps or more from its command", initial=0)
 
     def attached(self, own: str, row: Pin) -> None:
-        """Take from the neighbour's pin the polarity of DIRECTION, or the step edge or active level if not given."""
+        """Take the polarity of DIRECTION from the neighbour's pin; also its step edge or active level if not given."""
         if own == "pulse" and row.sense is not None and self._edge is None:
             self._edge = {0: "fall", 1: "rise"}[row.sense]
         if own == "direction" and row.sense is not None:
@@ -272,7 +272,10 @@ class Stepper(Blockable, Part):
     # -------------------------------------------------------------------------------------------------- turning by hand
     @from_outside
     def load(self, torque: float | str) -> None:
-        """Change the load torque from now on: N m, or text such as "30 mNm"; if positive, it opposes counting up."""
+        """Change the load torque from now on: N m, or text such as "30 mNm".
+
+        A positive torque opposes a turn in the direction that counts up.
+        """
         newton_metres = quantity(torque, "N m", f"{self.name}: torque")
         self.input("load", torque)
         self._alter(torque=newton_metres)
@@ -357,7 +360,7 @@ class Stepper(Blockable, Part):
         self._promise()
 
     def _show_stall(self) -> None:
-        """Promise `stall` again; an existing promise is kept as long as nothing watches the wire."""
+        """Renew the promise of `stall`, unless there is a promise already and nothing watches the wire."""
         driver = self.drivers["stall"]
         if driver.heard or driver.promise is None:
             driver.play(self._stall())

@@ -1,4 +1,4 @@
-"""The shaft of a motor whose motion is integrated: parts that sit on a shaft can be used on it unchanged."""
+"""The shaft of a motor whose motion is integrated; the parts for other shafts can be used on it unchanged."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ class LinkageMotion:
         return replace(self, linkage=Linkage(factor=float(ratio), under=self.linkage))
 
     def played(self, here: LinkageMotion, play: Fraction, offset: Fraction) -> LinkageMotion:
-        """Return the motion of a load driven by this motion with backlash, and initially `offset` steps above it."""
+        """Return the motion of a load driven by this motion with backlash; the load begins `offset` steps above it."""
         return replace(self, linkage=Linkage(play=float(play), offset=float(offset), under=self.linkage))
 
 
@@ -148,7 +148,7 @@ class RunCounter:
 
 
 def pushed(law: MotorLaw, state: Mapping[str, float], by: float) -> dict[str, float]:
-    """Return the positions (rad) of rotor and load after a turn of `by` rad by hand, limited by a hard stop."""
+    """Return the positions (rad) of rotor and load after a manual turn of `by` rad, which a hard stop limits."""
     places = {name: state[name] for name in ("theta", "theta2") if name in state}
     last_place = list(places.values())[-1]
     if by > 0.0 and law.load.high is not None:

@@ -23,7 +23,7 @@ MOST = 12  # differing signals of which all pairs are tried: 66 pairs
 
 
 class SignalPair(NamedTuple):
-    """A model signal and the measured one compared with it: names, edges, whether wires, and initial levels."""
+    """A model signal and a measured one to compare: names, edges, whether they are wires, initial levels."""
 
     name: str
     other: str
@@ -34,7 +34,7 @@ class SignalPair(NamedTuple):
 
 
 class Terms(NamedTuple):
-    """The terms of a comparison: shift, tolerance (ps) and its origin as text (`within`), signals to invert."""
+    """The terms of a comparison: shift, tolerance (ps), text on its origin (`within`), and signals to invert."""
 
     shift: Time = "first"
     tolerance: int = 0
@@ -110,7 +110,7 @@ def _polarity(pairs: Sequence[SignalPair], terms: Terms) -> dict[str, tuple[str,
 
 
 def _swapped(pairs: Sequence[SignalPair], wrong: Sequence[int], terms: Terms) -> dict[str, tuple[str, ...]]:
-    """Return notes, by signal, on two whose exchange, with inversions if necessary, makes all signals agree."""
+    """Return notes, by signal, on two signals whose exchange makes all agree, with inversions if necessary."""
     for a, b in combinations(wrong, 2):
         tried = list(pairs)
         for here, there in ((a, b), (b, a)):

@@ -117,7 +117,7 @@ class Edge(NamedTuple):
     def find(self, signal: SignalEdges, after: int, include: bool) -> int | None:
         """Return the instant (ps) of this edge; None if there is none.
 
-        Edges are counted from `after`; an edge at `after` itself counts only with `include`.
+        Edges are counted from `after`; an edge at `after` itself counts only if `include` is True.
         """
         import numpy as np
 
@@ -275,7 +275,7 @@ class Checked:
 
     @property
     def kept(self) -> bool | None:
-        """True if the limit was kept, False if not; None if nothing was measured, or it is only a typical time."""
+        """True if the limit was kept, False if not; None if nothing was measured or the limit is only typical."""
         if self.shortest_ps is None or self.longest_ps is None:
             return None
         sure = self.bound.kept(self.shortest_ps, self.longest_ps)

@@ -25,7 +25,7 @@ SMALL, LARGE = 7.5, 8.5  # points
 
 
 class LaneText(NamedTuple):
-    """Text over a lane, from one instant to another (ps), such as a character; `wrong` marks a faulty one."""
+    """Text over a lane, such as a character, from one instant to another (ps); `wrong` marks faulty text."""
 
     start: int
     end: int
@@ -55,8 +55,8 @@ class Diagram:
     """The contents of a timing diagram in a window (ps).
 
     `measured` are the times drawn as arrows; `causes` are drawn as curved arrows from an edge to the edge
-    that it causes; stretches without edges that are longer than `quiet` (ps) are cut short: None chooses it
-    to fit, 0 cuts none.
+    that it causes.  Stretches without edges are cut short if they are longer than `quiet` (ps); with None,
+    a suitable length is chosen, and with 0, no stretch is cut.
     """
 
     title: str
@@ -77,7 +77,7 @@ class Diagram:
 
     @property
     def compared(self) -> list[str]:
-        """A list of one line on how well lanes agree with the traces drawn over them; [] if there are none."""
+        """A list of one line on how well lanes agree with the traces drawn over them; [] without such traces."""
         return differences(((lane.label, lane.signal, lane.over) for lane in self.lanes), self.start, self.stop)
 
 

@@ -113,7 +113,7 @@ class Paper:
 
 @dataclass(frozen=True, slots=True)
 class Panel:
-    """A panel to be drawn: its curves (none if it shows pins), heading, height and the room above it (inches)."""
+    """A panel to be drawn: its curves (none if it shows pins), heading, height and room above (inches)."""
 
     curves: Sequence[TrackCurve]
     heading: str
@@ -145,7 +145,7 @@ class FigureLayout:
         self.panels = self._panels(curves)
 
     def _longest_rate(self) -> int:
-        """Return the number of letters in the longest rate label; one label lists all names of equal rates."""
+        """Return the number of letters in the longest rate label; names with equal rates share one label."""
         named: dict[float, list[str]] = {}
         in_force = ((track, rates) for track in self.contents.tracks for _, rates in track.rates())
         for track, rates in {id(rates): (track, rates) for track, rates in in_force}.values():  # motions may share them
@@ -215,7 +215,7 @@ def figure(
 ) -> Figure:
     """Return a new picture; if `ax` is given, draw into these axes instead, and return their figure.
 
-    The caller gives either one of the axes for each panel, or a single one, which shows only the first
+    `ax` is either a sequence of `Axes`, one for each panel, or a single `Axes`, which shows only the first
     panel.
 
     Raises:

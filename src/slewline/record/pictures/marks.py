@@ -41,8 +41,8 @@ class Flag:
 def flags_of(tracks: Sequence[Track], axis: TimeAxis, width: float) -> list[Flag]:
     """Return the flags of events in the window, without any flag that is too close to another of its kind.
 
-    Of two commands, one that begins a motion takes precedence over one that does not, such as one that loads
-    a register just before it.
+    A command that begins a motion takes precedence over a command that does not, such as a command that loads
+    a register just before the motion.
 
     Args:
         width: the width of the panels, inches.
@@ -117,8 +117,8 @@ def draw_flags(panels: Sequence[Axes], flags: Sequence[Flag], colours: Palette, 
 def phases_of(tracks: Sequence[Track], axis: TimeAxis, width: float) -> list[tuple[float, float, str]]:
     """Return the start, end and name of each phase in the window, in units of the time axis.
 
-    Return [] unless all tracks have the same phases, and also if most phases are too short for their names
-    in panels `width` inches wide: they would only be stripes.
+    Return [] if the tracks have different phases, or if most phases are too short for their names in panels
+    `width` inches wide: they would only be stripes.
     """
     several = {
         tuple((begin - track.zero, end - track.zero, text) for begin, end, text in track.phases) for track in tracks

@@ -1,7 +1,7 @@
 """Curves in a picture: quantities of several axes and runs in one panel, over a common time axis.
 
-The curves of one quantity, from all tracks (tracks.py), share a panel; a curve is in another panel if
-it, or one of the others, would appear as a flat line there.
+The curves of one quantity, from all tracks (tracks.py), share a panel.  A curve is moved to another panel
+if, in the shared one, it or any curve next to it would appear as a flat line.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ def _apart(curves: Sequence[TrackCurve]) -> list[list[TrackCurve]]:
 
 
 def named_by_legend(tracks: Sequence[Track], panels: Iterable[Sequence[TrackCurve]]) -> list[int]:
-    """Return the numbers of the tracks in the legend: axes, and parts that share a panel; [] if only one."""
+    """Return the numbers of the tracks in the legend: axes, and parts that share a panel; [] if fewer than two."""
     shared = {curve.number for curves in panels for curve in curves if len(curves) > 1}
     named = [number for number, track in enumerate(tracks) if not track.part or number in shared]
     return named if len(named) > 1 else []
@@ -195,7 +195,7 @@ def _draw_scale(panel: Axes, power: int, height: float, whole: bool) -> None:
 # -------------------------------------------------------------------------------------------------------- kinds of line
 @cache
 def dense_line() -> type[Line2D]:
-    """Return the class of lines that have thousands of points.
+    """Return a class for lines that have thousands of points.
 
     Such a line is drawn in pieces, because the renderer sorts each path as a unit; each piece ends at the
     point where the next begins, with round ends to avoid gaps.

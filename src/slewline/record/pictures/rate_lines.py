@@ -63,7 +63,7 @@ def draw_rates(
 ) -> None:
     """Draw a dashed line at each rate while it was in force.
 
-    The name of a rate is written next to the panel, or above its line, as the last argument selects.
+    The name of a rate is written next to the panel if `beside` is True, otherwise above the line of the rate.
     """
     import numpy as np
 
@@ -87,7 +87,7 @@ def draw_rates(
 
 
 def _joined(spans: NDArray[np.int64], apart: int) -> NDArray[np.int64]:
-    """Return sorted spans, (n, 2); spans between which the gap is at most `apart` (ps) are joined."""
+    """Return sorted spans, (n, 2), in which spans are joined if the gap between them is at most `apart` (ps)."""
     import numpy as np
 
     begins, ends = spans[np.argsort(spans[:, 0], kind="stable")].T

@@ -125,8 +125,8 @@ class Drawing:
     def _runs(self, signal: SignalEdges, since: int, until: int) -> Runs:
         """Return positions, levels and bands of a signal in its known part, from `since` to `until` (ps).
 
-        The positions are those of the start, of each edge and of the end; there is a level after each but the
-        last.  A band is the indices of the first and the last position of a group of dense edges.
+        The positions are those of the start, of each edge and of the end; each level holds from one position to
+        the next.  A band is given by the indices of the first and the last position in a group of dense edges.
         """
         import numpy as np
 

@@ -60,8 +60,8 @@ LONGEST_CHUNK_PS = 10**12  # limits the cost of a burst after a long silence
 class EdgeLog(list[tuple[int, Any]]):
     """The log entries of a net.
 
-    Unless `keep_ps` is None, entries older than `keep_ps` are dropped whenever the length of a long log has
-    doubled since they were last dropped.
+    Unless `keep_ps` is None, entries older than `keep_ps` are dropped each time that a long log has become
+    twice as long as it was after the previous drop.
     """
 
     __slots__ = ("full", "keep_ps")
@@ -82,7 +82,7 @@ class EdgeLog(list[tuple[int, Any]]):
             self.trim(entry[0])
 
     def trim(self, now: int) -> None:
-        """Drop entries older than the time to keep, except the last of them, which holds until the next entry."""
+        """Drop entries older than `keep_ps`, except the newest of these, which holds until the next entry."""
         if self.keep_ps is not None:
             del self[: max(bisect_left(self, (now - self.keep_ps,)) - 1, 0)]
             self.full = max(2 * len(self), TRIM_FROM)
@@ -227,7 +227,7 @@ def chunks(expand: Sequence[Callable[[int, int], Any]], start: int, stop: int, u
         expand: functions of a window (start, stop), such as the edges of a net; each returns times and
             values.
         start, stop: ps, not after the last committed instant.
-        unit: the time, ps, at a multiple of which every window after the first begins.
+        unit: every window after the first begins at a multiple of this time, ps.
     """
     length = FIRST_CHUNK_PS
     while start <= stop:
@@ -240,7 +240,7 @@ def chunks(expand: Sequence[Callable[[int, int], Any]], start: int, stop: int, u
 
 
 def net_of(probe: Probe) -> Net:
-    """Return the net of a probe: that of a pin or of `Wires`, or the net itself."""
+    """Return the net of a probe: the net of a pin or of `Wires`, or the probe itself if it is a net."""
     return probe if isinstance(probe, Net) else probe.net
 
 
@@ -255,7 +255,7 @@ def _promised(what: Any) -> bool:
 
 
 def _present(net: Net) -> Any:
-    """Return the state of a net: the promise of its driver if only one drives it and has one, else the level."""
+    """Return the state of a net: if a single driver drives it by a promise, that promise; otherwise the level."""
     driving = [driver for driver in net.drivers if driver.promise is not None or driver.level is not None]
     if len(driving) == 1 and driving[0].promise is not None:
         return driving[0].promise
@@ -267,7 +267,7 @@ def _level(what: Any, ps: int) -> Any:
 
 
 def _code(probe: Probe, level: Any) -> int:
-    """Return the number for a level in arrays; if it is None, for the tie of the net or, without one, its pull."""
+    """Return the number for a level in arrays; None stands for the net's tie or, without a tie, for its pull."""
     net = net_of(probe)
     if level is None:
         level = net.tie if net.tie is not None else net.pull
@@ -330,7 +330,7 @@ def _expanded(probe: Probe, entries: Sequence[tuple[int, Any]], start: int, stop
 
 
 def real_edges(times: NDArray[np.int64], levels: Levels, before: int) -> Edges:
-    """Return the edges that are changes: of equal times, the last; of consecutive equal levels, the first.
+    """Return the real changes: the last edge at each time, without any that repeats the level before it.
 
     Args:
         times: (n,) int64 ps, ascending; equal times are allowed.

@@ -26,8 +26,8 @@ class Trace:
 
     Args:
         since, until: the known part, ps; nothing is drawn before or after it.
-        tolerance_ps: for a measured trace: its differences from the model's trace, up to this length, are
-            not marked.
+        tolerance_ps: for a measured trace: the longest difference from the model's trace, ps, that is not
+            marked.
         over: the measured trace of the same pin: it is drawn over this trace, and differences are marked.
     """
 

@@ -1,1 +1,1 @@
-"""Waveform files: value change dumps (VCD), written and read, tables (CSV), read, and layouts for viewers."""
+"""Waveform files: value change dumps (VCD), written and read; tables (CSV), only read; layouts for viewers."""

@@ -71,7 +71,7 @@ class CsvHead:
 
 
 class HeadLines(NamedTuple):
-    """The lines before the numbers, cell by cell; the channels named in a comment; the first row of numbers.
+    """The lines before the numbers, split into cells; channels named in a comment; the first row of numbers.
 
     `sigrok` is True if a comment names libsigrok.
     """
@@ -91,7 +91,7 @@ def read_head(path: str, lines: list[str], timescale: int | None) -> CsvHead:
             it.
 
     Raises:
-        WaveformError: there is no row of numbers, a number is without a column name, or there are too many
+        WaveformError: there is no row of numbers, a number has no column name, or there are too many
             columns.
         UsageError: there is no column of times, and neither the file nor `timescale` states the time between
             rows.

@@ -134,7 +134,7 @@ class TableRows:
                 raise self.error(number + int(row) + 1, line, what)
 
     def _wrong(self, block: bytes, number: int) -> WaveformError:
-        """Return the error for the first line of a block that lacks a number in a used column.
+        """Return the error for a block: it states the first line that lacks a number in a used column.
 
         `number` is the number of lines before the block.
         """
@@ -193,7 +193,7 @@ def _levels(seen: NDArray[np.int64]) -> tuple[int, int]:
 
 
 class Thresholds:
-    """Two voltages per signal: it is 1 at and above the upper, 0 below the lower, and unchanged between them."""
+    """Two voltages per signal: its level is 1 at and above the upper, 0 below the lower, unchanged in between."""
 
     def __init__(self, low: NDArray[np.float64], high: NDArray[np.float64], given: float | None) -> None:
         import numpy as np

@@ -47,7 +47,7 @@ def read_waveforms(
 
     Raises:
         UsageError: the file cannot be opened, is a session although sigrok-cli is not installed, or is a
-            table whose rows have no times and no known distance; or `threshold` is not a voltage.
+            table without times whose row interval is not known; or `threshold` is not a voltage.
         TimeError: `timescale` is not a time.
         WaveformError: the content cannot be read; the message states line, reason and remedy.
     """
@@ -102,7 +102,7 @@ class WireChanges:
         self.file, self.others = file, tuple(f"{name}: ".encode() for name in voltages)
 
     def read(self, size: int) -> bytes:
-        """Return the next bytes, `size` of them or slightly more; fewer before the end, and b"" at the end."""
+        """Return the next `size` bytes, or slightly more; fewer if the output ends before that, b"" at its end."""
         if not self.others:
             return self.file.read(size)
         lines, length = [], 0
@@ -114,7 +114,7 @@ class WireChanges:
 
 
 def _channels(path: str | Path) -> tuple[list[str], list[str]]:
-    """Return the names of a session's wires, and those of its voltages; empty lists if it does not list them.
+    """Return the names of a session's wires, and those of its voltages; empty lists if the session lists none.
 
     Raises:
         WaveformError: the file is a ZIP archive, but not a session.

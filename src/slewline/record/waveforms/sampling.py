@@ -1,4 +1,4 @@
-"""The sampling of a recording, which determines the uncertainty of its times; their unit seldom does so.
+"""The sampling of a recording: its period determines the uncertainty of the times; their unit seldom does.
 
     $comment Acquisition with 2/2 channels at 12 MHz $end       the period is 83.3 ns
     $timescale 100 ps $end                                      the unit is finer

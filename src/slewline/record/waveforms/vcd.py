@@ -173,8 +173,8 @@ class VcdStream(WholeOrNothing):
     ) -> tuple[NDArray[np.int64], NDArray[Any], int]:
         """Return the units in which a variable changes, its value after each, and the number of changes lost.
 
-        If `shared`, `times` are those of all variables of the source: those without a change of
-        this variable are dropped first.
+        If `shared`, `times` has the changes of all variables of the source: times at which this variable does
+        not change are dropped first.
         """
         before = self._now[number]
         if shared:
@@ -183,7 +183,7 @@ class VcdStream(WholeOrNothing):
         return units, kept, len(times) - len(units)
 
     def _merged(self, changes: list[Changes]) -> tuple[ChangeTexts, NDArray[np.int64], NDArray[np.int64]]:
-        """Return a table of lines, and the units and codes of a chunk's changes, by time, then in file order."""
+        """Return a table of lines, and the units and codes of a chunk's changes, sorted by time, then file order."""
         import numpy as np
 
         more: list[str] = []
@@ -252,7 +252,7 @@ def unit_of(timescale: str) -> int:
 
 
 def identifier(number: int) -> str:
-    """Return the short name of variable `number` in the file: a character ("!" for 0), or more from 94 on."""
+    """Return the short name of variable `number` in the file: one character up to 93 ("!" for 0), more from 94."""
     text = ""
     while True:
         number, character = divmod(number, ID_COUNT)

@@ -162,7 +162,10 @@ class Changes:
             self._parts[2].append((at[string], variables[string], texts))
 
     def _named(self, words: WordBounds, where: NDArray[np.intp], scalar: NDArray[np.bool_]) -> NDArray[Any]:
-        """Return the numbers of the variables whose identifiers are in some words: at the end of `scalar` ones."""
+        """Return the numbers of the variables whose identifiers are in some words.
+
+        In a word that is `scalar`, the identifier follows the level; any other word is an identifier as a whole.
+        """
         import numpy as np
 
         keys = words.keys(where, scalar, self._long)
@@ -231,7 +234,7 @@ class Changes:
 
 
 def _without_comments(place: FilePlace) -> tuple[bytes, int]:
-    """Return a block with its comments blanked out, and its length up to any comment without an end."""
+    """Return a block with its comments blanked out, cut off before any unterminated comment; and its length."""
     block = place.block
     if b"$comment" not in block:
         return block, len(block)

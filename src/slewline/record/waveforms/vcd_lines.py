@@ -34,7 +34,7 @@ class ChangeTexts:
         self._rows = np.frombuffer(padded.encode("ascii"), np.uint8).reshape(-1, width + 1)
 
     def with_more(self, texts: Sequence[str]) -> ChangeTexts:
-        """Return a table with these texts followed by the given ones, or this table itself if none are given."""
+        """Return a table of this table's texts followed by `texts`, or this table itself if `texts` is empty."""
         return ChangeTexts([*self.texts, *texts]) if texts else self
 
     def lines(self, units: NDArray[np.int64], codes: NDArray[np.int64]) -> bytes:
@@ -77,7 +77,10 @@ class ChangeTexts:
 
 @cache
 def _needed(digits: int, longest: int) -> NDArray[np.bool_]:
-    """Return masks of the needed bytes of a row: for texts of 0 to `longest` bytes, without, then with a time."""
+    """Return masks of the needed bytes of a row, one for each text length from 0 to `longest` bytes.
+
+    The masks of all lengths for rows without a time come first, followed by those for rows with a time.
+    """
     import numpy as np
 
     column = np.arange(digits + 2 + longest)

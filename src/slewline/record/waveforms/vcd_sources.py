@@ -48,7 +48,10 @@ class HasValue(Protocol):
     """An object with a value at every instant, such as `slewline.core.motion.quantity.Quantity`."""
 
     def staircase(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Return the value at `start` and all changes in start < t <= stop (ps), which do not depend on the window."""
+        """Return the value at `start` and all changes in start < t <= stop (ps).
+
+        The changes do not depend on the window.
+        """
 
 
 class VariableSource(Protocol):

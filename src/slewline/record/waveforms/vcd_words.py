@@ -42,7 +42,7 @@ class WordBounds:
         return self.place.error(int(self.begins[number]), what)
 
     def numbers(self, where: NDArray[np.intp]) -> NDArray[np.int64]:
-        """Return the decimal numbers in words such as #1200, each of which begins with the second character."""
+        """Return the decimal numbers in words such as #1200, in which the number begins with the second character."""
         import numpy as np
 
         lengths, ends = self.ends[where] - self.begins[where] - 1, self.ends[where]
@@ -61,7 +61,7 @@ class WordBounds:
         return out
 
     def keys(self, where: NDArray[np.intp], prefixed: NDArray[np.bool_], long: dict[bytes, int]) -> NDArray[np.uint64]:
-        """Return the identifiers in some words as numbers; `long` has the numbers of identifiers of over 8 bytes.
+        """Return the identifiers in some words as numbers; `long` maps identifiers of over 8 bytes to numbers.
 
         In a word that is `prefixed`, the identifier begins with the second character.
         """
@@ -84,7 +84,7 @@ class WordBounds:
         """Return the values of words such as b10z1, and the indices of words that have too many bits.
 
         A floating bit reads 1 unless all bits float.  The value of a variable wider than MAX_BITS is UNKNOWN.
-        The indices refer to `where`; the bits allowed are in `widths`.
+        The indices refer to `where`; `widths` has the number of bits that each word may have.
         """
         import numpy as np
 

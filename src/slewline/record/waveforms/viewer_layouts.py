@@ -37,7 +37,8 @@ DIGITS = "abcdefghijklmnop"  # in which Surfer counts the rows
 class ViewerSetup(NamedTuple):
     """The initial view in a viewer: from `begin` to `end` in time units of the file, with marks (unit, text).
 
-    `scale` is the number in the timescale (1, 10 or 100), such as 10 in "10 us": GTKWave counts in ns or us.
+    `scale` is the number in the timescale (1, 10 or 100), such as 10 in "10 us".  GTKWave needs times
+    multiplied by it, because GTKWave counts in ns or us.
     """
 
     begin: int
@@ -103,7 +104,7 @@ def _whose(scope: str, one_chip: bool) -> str:
 
 
 def _gtkwave_row(row: ViewerRow, whose: str) -> Iterator[str]:
-    """Yield the lines for a row; GTKWave shows the text in +{} or else the last part of the row's name."""
+    """Yield the lines for a row; GTKWave shows the text in +{} or, without it, the last part of the row's name."""
     first = row.variables[0]
     alias = f"+{{{whose} {row.name.rpartition('.')[2]}}} " if whose else ""
     if first.kind == "real":

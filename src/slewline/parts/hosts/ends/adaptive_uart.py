@@ -4,8 +4,8 @@ r"""The UART of a host whose chip detects the rate: two carriage returns first, 
     rxd  <----- P=00000000\r txd
     cts  <------------------ the part's flow pin       low: the next character may begin
 
-The host obeys CTS while the part uses its flow pin, as far as this follows from the mode commands that the host
-itself has sent; a setting makes the host always obey CTS, or ignore it.
+The host obeys CTS while, according to the mode commands that the host itself has sent, the part uses its
+flow pin; a setting makes the host always obey CTS, or ignore it.
 """
 
 from __future__ import annotations
@@ -124,7 +124,7 @@ class AdaptiveUart(HostUart):
 
     # ------------------------------------------------------------------------------------------------------- sending
     def write(self, data: str | bytes, fault: str = "") -> None:
-        """Queue characters to be sent unchanged, each with `fault` if not ""; this call is an input of the part."""
+        """Queue characters to be sent unchanged, with `fault` unless it is ""; record the call as the part's input."""
         data = as_bytes(self.name, data)
         super().write(data, fault)
         for byte in data:
@@ -148,12 +148,13 @@ class AdaptiveUart(HostUart):
         self.write(data)
 
     def opened_at(self, baud: int) -> None:
-        """Do nothing: a program's choice of rate needs no report, because the chip would have detected that rate."""
+        """Do nothing: the rate that a program chooses needs no report, because a real chip would detect that rate."""
 
     async def exchange(self, command: str) -> str | bytes | None:
-        """Send a command from within a task, and wait until it has been sent; return the answer if it is a query.
+        """Send a command from within a task, and wait until it has been sent; if it is a query, return its answer.
 
-        Return None for any other command, or if the line has been silent for longer than any answer takes.
+        Return None for a command that is not a query, or if the line has been silent for longer than any
+        answer takes.
         """
         asks = command.startswith(self.shadow.dialect.query)
         query = self.shadow.query(self.name, command) if asks else None
@@ -189,5 +190,5 @@ class AdaptiveUart(HostUart):
         return self.shadow.query(self.name, command).answered(data, 0) is not None
 
     def answer_in(self, command: str, data: bytes) -> str | bytes:
-        """Return the answer to a query in these characters; empty if there is none."""
+        """Return the answer to a query, as found in these characters; empty if they contain none."""
         return self.shadow.query(self.name, command).answered(data, 0) or b""

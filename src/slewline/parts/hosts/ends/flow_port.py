@@ -12,8 +12,8 @@ The handshake without a byte, before a command, is the empty handshake.  A part 
 running needs it; a part that runs no program ignores it.  A host that finds FPL low during the empty
 handshake reads the message first (ch. 16, Immediate Commands).  A host that already has its command
 letter on the bus also reads the message first: it releases the bus, since the part may be answering
-its serial side.  The host obeys FPL while the part uses FPL, as far as this follows from the mode
-commands that the host itself has sent; a setting makes the host always obey FPL, or ignore it.
+a command from its serial line.  The host obeys FPL while, according to the mode commands that the host
+itself has sent, the part uses FPL; a setting makes the host always obey FPL, or ignore it.
 """
 
 from __future__ import annotations
@@ -114,7 +114,8 @@ class FlowPort:
     def awaits(self, number: int, low: bool) -> tuple[tuple[Net, int], ...]:
         """Record the bytes sent, and return the levels that the port waits for, each with its net (handshake.py).
 
-        `number`: the bytes of the exchange so far, with any empty handshake; `low`: whether IO_REQUEST is low.
+        `number`: the number of bytes sent so far in the exchange, counting any empty handshake; `low`: whether
+        IO_REQUEST is low.
         """
         self.queue.begun |= number > 0
         self.bytes.feed(number)
@@ -282,7 +283,7 @@ class FlowPort:
 
 
 class OfferedBytes(HandshakenBytes):
-    """Bytes between which the host releases the bus; a leading FF is an empty handshake."""
+    """Consecutive bytes sent by a host that releases the bus after each; a leading FF is an empty handshake."""
 
     __slots__ = ()
 
@@ -304,8 +305,8 @@ class FlowSender(Leader[Handshakes]):
     Attributes:
         empty: whether an empty handshake precedes the bytes.
         fed: the number of these bytes that the port has recorded as sent.
-        begins: whether the next byte begins a command, as found when the exchange had to continue edge by
-            edge; None: it did not have to.
+        begins: whether the next byte begins a command, as determined when the exchange changed from one
+            value to single edges; None: it has not changed.
     """
 
     def __init__(self, port: FlowPort) -> None:
@@ -319,7 +320,9 @@ class FlowSender(Leader[Handshakes]):
         return self.exchange is not None and self.exchange.by_value
 
     def begin(self, data: bytes, at: int, begins: bool, empty: bool) -> bool:
-        """Begin to send `data` as a value, from index `at` to the end of the command at most; return if possible.
+        """Begin to send `data` as a value, from index `at`, at most to the end of the command.
+
+        Return False if this is not possible.
 
         `begins`: whether the first byte begins a command; `empty`: whether an empty handshake precedes it.
         """

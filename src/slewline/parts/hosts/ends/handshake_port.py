@@ -2,7 +2,8 @@
 
     wait READY high, byte on the bus, I/O REQUEST low, wait READY low, I/O REQUEST high           (s.2, s.11)
 
-The host responds without delay unless `delay_ps` is set: the time its program takes before each byte.
+The host responds without delay unless `delay_ps` is set.  This is the time that its program takes before
+each byte.
 """
 
 from __future__ import annotations
@@ -219,7 +220,7 @@ class CommandPort:
     async def _between_instructions(self) -> None:
         """Wait for a gap between two instructions.
 
-        READY must stay high for `SETTLED_US`, because at first a motion may still be about to begin.
+        READY must stay high for `SETTLED_US`, because just after it rises, a motion may be about to begin.
         """
         while True:
             await level(self.ready, 1)
@@ -293,7 +294,7 @@ class BusSender(Leader[Handshakes]):
         return exchange.send(coming)
 
     def made(self, ends: tuple[Any, ...]) -> Handshakes | None:
-        """Return the handshakes with the chip; None unless it alone is on I/O REQUEST, with its READY on this port."""
+        """Return the handshakes with the chip; None unless it alone is on I/O REQUEST, and its READY at this port."""
         port = self.port
         if len(ends) != 1 or not hasattr(ends[0], "byte_times"):
             return None

@@ -66,7 +66,8 @@ class PacketPort:
         delay_ps: the time that the host's program takes before each operation, ps.
 
     Attributes:
-        sparse: whether `until_status` omits queries before the next event, whose answers cannot differ.
+        sparse: whether `until_status` omits the queries before the next event, because their answers would
+            all be the same.
     """
 
     def __init__(
@@ -149,7 +150,7 @@ class PacketPort:
             await until(self.kernel, self.kernel.now + self.delay_ps)
 
     def note_update(self, code: int) -> None:
-        """Record an accepted command: when it takes effect, if it is an update; that it awaits one, if buffered."""
+        """Record an accepted command: when an update takes effect, or that a buffered command awaits an update."""
         if updates(self.sheet, code):
             self.worked_ps = self.kernel.now + self.cycle_ps
             self.pending.clear()
@@ -275,7 +276,7 @@ def updates(sheet: Sheet, code: int) -> bool:
 
 
 def operations(data: bytes) -> Iterator[tuple[bytes, bool]]:
-    """Yield the write operations for the bytes of a packet, each as its bytes and whether it writes a command.
+    """Yield the write operations for a packet, each as a pair: its bytes, and whether they are a command.
 
     The first byte is the command; words of two bytes follow.
     """

@@ -1,8 +1,8 @@
-"""Shadow registers: a host's knowledge of a part, such as of its mode register, from the bytes sent to it.
+"""Shadow registers: a part's registers (such as its mode) as a host knows them from the bytes it has sent.
 
-A part that stores programs as received has no pin that shows its mode, so the host keeps track of the
-mode.  The host sees neither commands that reach the part over its other channel (bus or serial line),
-nor the effects of a program stored in the part.
+A part that stores programs exactly as it receives them has no pin that shows its mode, so the host keeps
+track of the mode.  The host sees neither commands that reach the part over its other channel (bus or
+serial line), nor the effects of a program stored in the part.
 """
 
 from __future__ import annotations

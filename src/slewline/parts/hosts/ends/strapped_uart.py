@@ -44,7 +44,7 @@ class StrappedUart(HostUart):
         self.line_end = Event(self.kernel, f"{self.name}.(line end)")
 
     def switched_on(self) -> None:
-        """Record that a module is switched on at this instant, when it reads its straps."""
+        """Record that a module is switched on at this instant, and therefore reads its straps now."""
         self.up_ps, self.far.compared = self.kernel.now, False
 
     def may_send_ps(self) -> int:
@@ -85,7 +85,7 @@ class StrappedUart(HostUart):
 
     # --------------------------------------------------------------------------------------------- commands and answers
     def write(self, data: str | bytes, fault: str = "") -> None:
-        """Queue characters at the module's rate, unless the rate is fixed; the call is recorded as a part's input."""
+        """Queue characters for the module's rate, or, if set, the fixed rate; record the call as a part's input."""
         self.follow_straps()
         super().write(data, fault)
 
@@ -141,7 +141,9 @@ class StrappedUart(HostUart):
         return lambda: bool(answers) and answers[-1][:cut] in last_lines  # a program line is not an answer
 
     async def exchange(self, command: str | bytes) -> list[str]:
-        """Send a command from a task; return the lines of its answer, not all if the line is silent for too long.
+        """Send a command from a task, and return the lines of its answer.
+
+        If the line is silent for too long, return only the lines received until then.
 
         Args:
             command: text, to be framed (`framed`), or bytes, which are sent unchanged.
