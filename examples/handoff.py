@@ -1,4 +1,4 @@
-"""Two arms hand over a part: `-` pulls DIRECTION low with pin 34 for 30 µs, and U in the next arm catches that."""
+"""Two arms hand over a part: `-` makes DIRECTION and pin 34 both low for 30 µs, and U in the next arm catches it."""
 
 import slewline
 

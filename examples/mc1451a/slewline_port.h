@@ -1,32 +1,32 @@
 /*
- * Port I/O of a host program, with a chipset that slewline serves:
+ * Port I/O between a host program and a chipset that slewline serves:
  *
  *     slewline serve mc1451a --tcp 127.0.0.1:4001
  *
- * Include this file behind all others.  outp(0x342, byte) and inp(0x344), under whatever name the compiler has for
- * them, then go to the chipset; of an address the lowest four bits count.  Either call
+ * Include this file after all others.  Calls such as outp(0x342, byte) and inp(0x344), under any name that a compiler
+ * uses for them, then access the chipset; only the lowest four bits of an address matter.  Either call
  *
- *     slewline_open("127.0.0.1", 4001)        returns 0, or -1 and says why on stderr
+ *     slewline_open("127.0.0.1", 4001)        returns 0, or -1 with the reason on stderr
  *
- * first, or leave the program as it is, and say in its environment where the chipset is: SLEWLINE=127.0.0.1:4001
+ * first, or leave the program unchanged and name the server in its environment: SLEWLINE=127.0.0.1:4001
  *
- *     slewline_out(address, byte)             OUT; the byte is on its way when the call returns
+ *     slewline_out(address, byte)             OUT; the byte has been sent when the call returns
  *     slewline_in(address)                    IN
- *     slewline_ready(ms)                      wait until HostRdy is high, for 0..255 ms of the chipset's time; is it?
+ *     slewline_ready(ms)                      wait up to ms (0..255, chipset time) for HostRdy; returns its level
  *     slewline_close()
  *
- * In lockstep this file does not wait for an answer that it can foresee: HostRdy is low after a command and after the
- * second byte of a word, until a poll has found it so, and high after the first byte.  Each request goes out at once, and
- * is worked after those before it, at the instant at which it would be worked had every answer been waited for.
- * Where HostRdy stays low, the first answer that is waited for tells, and polls are answered by the chipset
- * from then on; what the program has written meanwhile is kept until it is high.  With
+ * In lockstep this file does not wait for an answer that it can predict: HostRdy is low after a command and after the
+ * second byte of a word until one poll has read it low, and high after the first byte.  Each request is sent without
+ * delay; the server processes requests in order, at the instants at which it would if every answer were waited for.
+ * If HostRdy stays low, the next answer that has to be read shows it.  From then on the chipset answers polls, and the
+ * bytes that the program has written in the meantime are kept until HostRdy is high.  With
  *
  *     #define SLEWLINE_PLAIN
  *
- * before it is included, it waits for every answer.  So it does with a server in real time, and with an older one, which
- * reports that it does not know the request 90 02.
+ * before the #include, it waits for every answer.  It does the same with a server in real time, and with an older
+ * server, which rejects the request 90 02.
  *
- * When the server goes away in between, the program ends: it says so, and exits with status 1.
+ * If the connection to the server is lost, the program prints a message and exits with status 1.
  * C89; POSIX sockets, or Winsock 2 (link with ws2_32).  One chipset, one thread, one source file that includes this.
  */
 #ifndef SLEWLINE_PORT_H
@@ -51,7 +51,7 @@ typedef int slewline_socket;
 #endif
 
 #ifdef MSG_NOSIGNAL
-#define SLEWLINE_SEND MSG_NOSIGNAL /* a server that has gone is told, and no signal */
+#define SLEWLINE_SEND MSG_NOSIGNAL /* a lost server is an error, not a signal */
 #else
 #define SLEWLINE_SEND 0
 #endif
@@ -70,30 +70,30 @@ static int slewline_is_open = 0;
 #define SLEWLINE_HELLO 0x90
 #define SLEWLINE_SERIES 0xC0
 #define SLEWLINE_ON 0xC1
-#define SLEWLINE_MOST 64 /* requests that are under way */
-#define SLEWLINE_MS 100  /* of a poll; it is sent again */
-#define SLEWLINE_TRIES 10 /* before a byte is read all the same */
+#define SLEWLINE_MOST 64 /* requests in flight */
+#define SLEWLINE_MS 100  /* timeout of a poll; it is then repeated */
+#define SLEWLINE_TRIES 10 /* polls before a byte is read regardless */
 
-static unsigned char slewline_sent[2 * SLEWLINE_MOST]; /* requests whose answers are not read */
-static int slewline_under_way = 0;                     /* so many */
-static int slewline_foresees = 0;                      /* the server takes series, and time stands still between them */
-static int slewline_stays_low = 0;                     /* they are kept, for HostRdy has stayed low */
-/* Where the registers are; a server with another card says so in its first line.  -1: there is no such register */
+static unsigned char slewline_sent[2 * SLEWLINE_MOST]; /* requests whose answers are unread */
+static int slewline_under_way = 0;                     /* their number */
+static int slewline_foresees = 0;                      /* the server accepts series, and its time stops between them */
+static int slewline_stays_low = 0;                     /* requests are kept because HostRdy has stayed low */
+/* The register offsets; the first line of a server with a different card gives others.  -1: no such register */
 static int slewline_data = 0, slewline_command = 2, slewline_status = 4, slewline_reset = 8;
-static int slewline_half[2];  /* a byte of a word has been read, or written */
-static int slewline_high = 0;  /* HostRdy is, as a poll has found */
-static int slewline_known = 0; /* a command has been written while it was, so the bytes of words are counted */
-/* What the next poll finds: it is to be asked; HostRdy low; HostRdy high */
+static int slewline_half[2];  /* one byte of a word has been read, or written */
+static int slewline_high = 0;  /* HostRdy is high, as a poll has shown */
+static int slewline_known = 0; /* a command was written while it was high, so the bytes of words are counted */
+/* What the next poll will read: unknown, so query the server; HostRdy low; HostRdy high */
 static enum { SLEWLINE_ASK, SLEWLINE_LOW, SLEWLINE_HIGH } slewline_next = SLEWLINE_ASK;
 
-/* End the program: there is no answer that a port could give any more. */
+/* End the program: a port can no longer return an answer. */
 SLEWLINE_CALL void slewline_lost(const char *why)
 {
     fprintf(stderr, "slewline_port: %s\n", why);
     exit(1);
 }
 
-/* Read so many bytes; returns how many there were before the other side hung up. */
+/* Read a number of bytes; returns how many arrived before the server closed the connection. */
 SLEWLINE_CALL int slewline_read(unsigned char *bytes, int number)
 {
     int got, have = 0;
@@ -103,14 +103,14 @@ SLEWLINE_CALL int slewline_read(unsigned char *bytes, int number)
     return have;
 }
 
-/* Send bytes; a server that has gone ends the program. */
+/* Send bytes; if the connection is lost, end the program. */
 SLEWLINE_CALL void slewline_write(const unsigned char *bytes, int number)
 {
     if (send(slewline_connection, (const char *)bytes, number, SLEWLINE_SEND) != number)
         slewline_lost("the server has closed the connection");
 }
 
-/* Send requests as one series; `on`: it depends on the one before. */
+/* Send requests as one series; `on`: it depends on the previous series. */
 SLEWLINE_CALL void slewline_send_series(const unsigned char *requests, int number, int on)
 {
     unsigned char bytes[2 + 2 * SLEWLINE_MOST];
@@ -121,7 +121,7 @@ SLEWLINE_CALL void slewline_send_series(const unsigned char *requests, int numbe
     slewline_write(bytes, 2 + 2 * number);
 }
 
-/* Read the answers to what is under way; returns the last one.  From a poll in vain on, the requests are kept. */
+/* Read the answers to all requests in flight; returns the last.  Keep the requests from the first failed poll on. */
 SLEWLINE_CALL unsigned char slewline_collect(void)
 {
     unsigned char answers[SLEWLINE_MOST];
@@ -138,7 +138,7 @@ SLEWLINE_CALL unsigned char slewline_collect(void)
     return (unsigned char)(slewline_stays_low ? 0x7F : answers[number - 1]);
 }
 
-/* Send what is kept once more: from one of the requests on, and without waiting for HostRdy any more, if that is said. */
+/* Send the kept requests again, beginning with request `from`; if `waits` is 0, without waiting for HostRdy. */
 SLEWLINE_CALL unsigned char slewline_again(int from, int waits)
 {
     int at, number = 0;
@@ -157,7 +157,7 @@ SLEWLINE_CALL unsigned char slewline_again(int from, int waits)
     return slewline_collect();
 }
 
-/* Put a request under way, at once. */
+/* Send a request immediately. */
 SLEWLINE_CALL void slewline_go(unsigned request, unsigned value)
 {
     unsigned char *at;
@@ -173,7 +173,7 @@ SLEWLINE_CALL void slewline_go(unsigned request, unsigned value)
         slewline_send_series(at, 1, slewline_under_way > 1);
 }
 
-/* Foresee nothing, until a command is written while HostRdy is high. */
+/* Predict nothing until a command is written while HostRdy is high. */
 SLEWLINE_CALL void slewline_forget(void)
 {
     slewline_high = slewline_known = 0;
@@ -184,7 +184,7 @@ SLEWLINE_CALL void slewline_close(void)
 {
     if (slewline_is_open) {
         if (slewline_under_way > 0 && !slewline_stays_low)
-            slewline_collect(); /* what is not read when a socket is closed may cost what was sent before */
+            slewline_collect(); /* closing a socket with unread answers may discard sent requests */
         slewline_hang_up(slewline_connection);
     }
     slewline_is_open = slewline_foresees = slewline_under_way = slewline_stays_low = 0;
@@ -215,7 +215,7 @@ SLEWLINE_CALL int slewline_connect(const char *host, int port)
     return connect(slewline_connection, (struct sockaddr *)&address, sizeof address) == 0 ? 0 : -1;
 }
 
-/* Ask a server what it can do: FF is an older one, bit 7 one in lockstep. */
+/* Query the capabilities of the server: FF is an older server; bit 7 is set in lockstep. */
 SLEWLINE_CALL void slewline_greet(void)
 {
     static int at_exit = 0;
@@ -231,7 +231,7 @@ SLEWLINE_CALL void slewline_greet(void)
         at_exit = atexit(slewline_close) == 0;
 }
 
-/* Return the offset of a register in the first line of a server, which has something like " status=1"; else `usual`. */
+/* Return the offset of a register from the first line of the server, with entries like " status=1"; else `usual`. */
 SLEWLINE_CALL int slewline_place(const char *line, const char *name, int usual)
 {
     const char *found = strstr(line, name);
@@ -247,7 +247,7 @@ SLEWLINE_CALL int slewline_open(const char *host, int port)
 
     slewline_close();
     if (slewline_connect(host, port) != 0) {
-        fprintf(stderr, "slewline_port: nobody is at %s:%d\n", host, port);
+        fprintf(stderr, "slewline_port: no server at %s:%d\n", host, port);
         slewline_close();
         return -1;
     }
@@ -269,7 +269,7 @@ SLEWLINE_CALL int slewline_open(const char *host, int port)
     return 0;
 }
 
-/* Open what the environment names. */
+/* Connect to the server that the environment names. */
 SLEWLINE_CALL void slewline_open_named(void)
 {
     const char *where = getenv("SLEWLINE"), *colon = where == NULL ? NULL : strrchr(where, ':');
@@ -296,7 +296,7 @@ SLEWLINE_CALL unsigned char slewline_ask(unsigned request, unsigned value)
     return bytes[0];
 }
 
-/* Does this file answer in place of the server what it foresees?  Opens what the environment names. */
+/* Return whether this file answers predictable requests itself.  Connects first, if necessary. */
 SLEWLINE_CALL int slewline_foreseeing(void)
 {
     if (!slewline_is_open)
@@ -304,7 +304,7 @@ SLEWLINE_CALL int slewline_foreseeing(void)
     return slewline_foresees;
 }
 
-/* A register of data or commands has been used: what do the next polls find? */
+/* The data or command register has been accessed: update the prediction of the next poll. */
 SLEWLINE_CALL void slewline_used(unsigned address, int written)
 {
     int command = written && (int)(address & 15) == slewline_command;
@@ -313,7 +313,7 @@ SLEWLINE_CALL void slewline_used(unsigned address, int written)
         slewline_half[0] = slewline_half[1] = 0;
     else
         slewline_half[written] = !slewline_half[written];
-    if (!slewline_high || !(command || slewline_known)) { /* while HostRdy is low, nothing is written */
+    if (!slewline_high || !(command || slewline_known)) { /* while HostRdy is low, writes have no effect */
         slewline_forget();
         return;
     }
@@ -322,7 +322,7 @@ SLEWLINE_CALL void slewline_used(unsigned address, int written)
     slewline_next = slewline_high ? SLEWLINE_HIGH : SLEWLINE_LOW;
 }
 
-/* A poll. */
+/* Poll the status register. */
 SLEWLINE_CALL unsigned char slewline_poll(void)
 {
     unsigned char status;
@@ -341,7 +341,7 @@ SLEWLINE_CALL unsigned char slewline_poll(void)
                 slewline_under_way = slewline_stays_low = 0;
             return status;
         }
-        slewline_again(1, 1); /* behind the poll that is successful now */
+        slewline_again(1, 1); /* after the poll that has now succeeded */
         if (slewline_stays_low)
             return 0x7F;
     }
@@ -416,7 +416,7 @@ SLEWLINE_CALL int slewline_ready(unsigned ms)
     return slewline_high;
 }
 
-/* Words: the bus of a PC makes two accesses of one, the low byte first. */
+/* Words: the bus of a PC splits a word access in two, low byte first. */
 SLEWLINE_CALL unsigned slewline_in_word(unsigned address)
 {
     unsigned low = slewline_in(address);
@@ -443,7 +443,7 @@ SLEWLINE_CALL unsigned slewline_out_word(unsigned address, unsigned word)
 /* Borland and DJGPP */
 #define inportb(address) slewline_in(address)
 #define outportb(address, byte) slewline_out(address, byte)
-/* Linux: the byte comes first, and no permission is needed */
+/* Linux: the byte is the first argument; no permission is needed */
 #define inb(address) slewline_in(address)
 #define outb(byte, address) slewline_out(address, byte)
 #define ioperm(address, number, on) 0

@@ -146,7 +146,7 @@ READ = "int main(void) { return inp(0x344); }"
     [
         (None, "slewline_port: where is the chipset? call slewline_open, or set SLEWLINE=127.0.0.1:4001\n"),
         ("127.0.0.1", "slewline_port: where is the chipset? call slewline_open, or set SLEWLINE=127.0.0.1:4001\n"),
-        ("127.0.0.1:1", "slewline_port: nobody is at 127.0.0.1:1\n"),
+        ("127.0.0.1:1", "slewline_port: no server at 127.0.0.1:1\n"),
     ],
 )
 def test_a_missing_chipset_is_reported(run, where, says):

@@ -14,19 +14,19 @@ Ask = Callable[[str], str]
 
 @pytest.fixture
 def bench() -> slewline.Bench:
-    """Return a bench, whose virtual time begins at 0."""
+    """Return a bench; its virtual time begins at 0."""
     return slewline.Bench()
 
 
 @pytest.fixture
 def x(bench: slewline.Bench) -> NewName:
-    """Return the chip on the bench, with its power on."""
+    """Return the chip on the bench, powered up."""
     return bench.add(NewName, name="x")
 
 
 @pytest.fixture
 def ask(bench: slewline.Bench, x: NewName) -> Ask:
-    """Return a function of a host that sends a command, waits for the answer, and returns it."""
+    """Return the function of a host that sends a command and returns the answer."""
     return bench.host(x).ask
 
 

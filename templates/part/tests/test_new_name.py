@@ -12,7 +12,7 @@ MS = 10**9  # virtual time is counted in picoseconds
 
 @pytest.fixture
 def bench() -> slewline.Bench:
-    """Return a bench with only the part, whose contact is recorded; its virtual time begins at 0."""
+    """Return a bench with only the part, and record its contact; virtual time begins at 0."""
     bench = slewline.Bench()
     bench.part(NewName, name="relay")
     bench.record("relay.contact")

@@ -13,7 +13,7 @@ PULSE = 2 * 10**6
 
 
 def runs(speed: int, steps: int) -> list[tuple[int, int]]:
-    """Return a move as runs of equal intervals (ps, and their number).  A ramp has a run for every speed."""
+    """Return a move as runs of equal intervals (interval in ps, number).  A ramp has a run for every speed."""
     return [(SECOND // speed, steps)]
 
 
@@ -44,7 +44,7 @@ class NewName(LineChip):
         self.speed = speed
 
     def do_move(self, steps: int) -> str | None:
-        """Begin a move.  Its steps are a train, not single events: a long move takes no more time than a short one."""
+        """Begin a move.  Its steps are a train, not single events: long moves compute as fast as short ones."""
         if self.kernel.now < self.rest_ps:
             self.finding("busy", "M during a move is refused: the manual does not define its effect")
             return self.refused.decode()

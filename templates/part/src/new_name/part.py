@@ -9,7 +9,7 @@ class NewName(Part):
     """A relay whose contact follows the coil after a delay."""
 
     options = (Option("delay", "time", "5 ms", "from the coil to the contact", low=1),)
-    wiring = {"coil": "output1"}  # `to` joins the coil to the pin of the chip with this role
+    wiring = {"coil": "output1"}  # `to` connects the coil to the pin of the chip with this role
 
     def __init__(self, kernel: Kernel, name: str, *, delay: Time = "5 ms") -> None:
         super().__init__(kernel, name)
