@@ -64,7 +64,7 @@
 #define EVENT_BOOT 11
 #define EVENT_CHECKED 12
 
-/* Immediate reactions of a board to an active input; STOP and BRAKE may be UPWARDS or DOWNWARDS only. */
+/* Immediate reactions of a board to an active input; STOP and BRAKE may be limited to UPWARDS or DOWNWARDS. */
 #define REFLEX_NONE 0
 #define REFLEX_STOP 1
 #define REFLEX_BRAKE 2
@@ -73,7 +73,7 @@
 #define REFLEX_UPWARDS 16
 #define REFLEX_DOWNWARDS 32
 
-/* Properties of the driver: ENABLE is wired, and its active level known; DRY: a dry run (no edges on STEP). */
+/* Properties of the driver; ENABLE: wired, with known active level; DRY: a dry run (no edges on STEP). */
 #define DRIVER_ENABLE 1
 #define DRIVER_DRY 2
 
@@ -82,7 +82,7 @@
 #define OFF_HALT 1
 #define OFF_REST 2
 
-/* Flags of RESET: it sets the count; the count is the motor's position; the driver may be switched on. */
+/* Flags of RESET: POSITION: it sets the count; KNOWN: it is the motor's position; POWER: power may be on. */
 #define RESET_POSITION 1
 #define RESET_KNOWN 2
 #define RESET_POWER 4

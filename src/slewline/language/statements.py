@@ -83,7 +83,7 @@ Item = Statement | Directive
 
 
 class Instruction(NamedTuple):
-    """An instruction in the buffer; if `row` is None, a byte that is no opcode, or an incomplete instruction."""
+    """An instruction in the buffer; if `row` is None, a byte that is not an opcode, or an incomplete instruction."""
 
     address: int
     data: bytes

@@ -94,7 +94,7 @@ class ShadowModel:
         return list(dict.fromkeys(found))
 
     def catch_up(self) -> None:
-        """Run the model up to the wall-clock time, but for at most `LONGEST_S`; skip any time beyond that."""
+        """Run the model up to the wall-clock time, but not longer than `LONGEST_S`; skip any time beyond that."""
         due_ps = self.began_ps + round((self.clock() - self.began_s) * PS_PER_S)
         now_ps = self.line.kernel.now
         self.line.run(min(due_ps, now_ps + LONGEST_S * PS_PER_S))

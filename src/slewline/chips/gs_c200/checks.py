@@ -206,7 +206,7 @@ def pulses(source: Source) -> None:
         for one, two in pairwise(block.statements):
             if (one.row.name, two.row.name) == ("ACTIVATE", "CLEAR") and one.values == two.values:
                 found = f"user output {one.values[0]} is high for one instruction only"
-                remedy = f"a delay D between {one.text} and {two.text} makes the pulse longer"
+                remedy = f"a delay D between {one.text} and {two.text} lengthens the pulse"
                 source.report(two, "short-pulse", "note", found, section=COMMANDS, remedy=remedy)
 
 

@@ -59,13 +59,11 @@ class MotorLaw:
 
     Args:
         motor, driver, load: the data of each.
-        steps: the step mode: "full" (two phases on), "wave" (one phase on), "half", or "micro 8": 8 commands
-            per full step.
+        steps: the step mode: "full" (two phases on), "wave" (one phase on), "half", or "micro 8" (8 per full step).
         step_ps: the grid step, ps; 0: 20 µs, 1 µs for a switching chopper.  The grid restarts at each edge.
         blocked: whether the rotor is blocked.
         phased: whether the inputs are phases, not steps; `steps` is then "half", and the table has a row per
-            combination of phases, numbered by the sum of the values of the phases that are on:
-            1 for phase 1, 2 for phase 2, 4 for phase 3 ...
+            combination of phases, numbered by a sum: 1 if phase 1 is on, 2 if phase 2 is on, 4 for phase 3 ...
         origin: if phased, the command, in half steps as in `fields`, that counts as command 0.
         restless: whether to integrate also at rest, to include the chopper ripple.
 
@@ -273,10 +271,7 @@ class MotorLaw:
 
     # ------------------------------------------------------------------------------------------------------ to and from
     def at_rest(self, command: int = 0, level: str = "slew", code: int | None = None) -> tuple[float, ...]:
-        """Return the state at rest at `command`, with the settled currents of the table row `code`.
-
-        If `code` is None, the row is that of `command` at the current level `level`.
-        """
+        """Return the state at rest at `command`, its currents settled at row `code` (None: the row at `level`)."""
         row = self.table[self.code(command, level) if code is None else code]
         place = command / self.micro * self.motor.step
         amperes = dict(zip(("i1", "i2", "i3", "i4"), self._settled(row), strict=False))
@@ -317,10 +312,7 @@ class MotorLaw:
         )
 
     def after(self, t: int, state: Sequence[float], code: int, span: int) -> tuple[float, ...]:
-        """Return the state `span` ps after the grid point at `t`.
-
-        That instant must not be later than the next grid point.
-        """
+        """Return the state `span` ps after the grid point at `t`; that must not be after the next grid point."""
         found: tuple[float, ...] = self.model.python.after(self.parameters, self.table, t, tuple(state), code, span)
         return found
 

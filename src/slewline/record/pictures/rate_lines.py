@@ -63,7 +63,7 @@ def draw_rates(
 ) -> None:
     """Draw a dashed line at each rate while it was in force.
 
-    The name of a rate is written next to the panel if `beside` is True, otherwise above the line of the rate.
+    The name of a rate is written next to the panel, or above its line: the last argument selects this.
     """
     import numpy as np
 
