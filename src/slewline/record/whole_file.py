@@ -5,8 +5,8 @@ bytes are written.  A file that is not regular (a pipe, /dev/stdout) cannot be r
 directly.
 
 If the user named a symbolic link, the link is kept, and its target is written.  If slewline chose the
-name, another program must have put a link there, so the link is refused (`own`); the neighbour, too,
-must be a new file.
+name, a symbolic link with that name can only come from another program, so the link is refused (`own`);
+the neighbour, too, must be a new file.
 
 The new file has the mode of the replaced one, and its owner and group if the system permits that.  The
 neighbour is locked while it is being written, so a neighbour without a lock was left by a killed

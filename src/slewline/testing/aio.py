@@ -137,7 +137,7 @@ class JoinedBench(Pace):
 
 
 class IdleSelector(selectors.DefaultSelector):
-    """The selector of a loop: when every task waits, asyncio calls it to sleep, and virtual time passes instead."""
+    """The selector with which a loop sleeps while every task waits; it lets virtual time pass instead."""
 
     loop: VirtualLoop
 

@@ -213,7 +213,7 @@ class Controller(Closing):
         Args:
             expected: a number; times, measured from `since`; or the steps of another run.
             direction: the expected direction of all steps, +1 or -1; None for either.
-            since: the instant from which on steps are compared; by default 0.
+            since: the instant from which steps are compared; by default 0.
             axis: the number of the axis, from 1, for a part that has several.
         """
         __tracebackhide__ = True

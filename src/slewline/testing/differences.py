@@ -22,7 +22,8 @@ def difference(
     Args:
         noun: the word for an event, "step" or "edge".
         words: the names of the event values: {1: "cw", -1: "ccw"}.
-        hz: the frequency of a clock; a time difference is given in its ticks if these are whole.
+        hz: the frequency of a clock; a time difference is given in its ticks if it is a whole number
+            of ticks.
     """
     wrong = [n for n, (one, other) in enumerate(zip(found, expected, strict=False)) if one != other]
     if not wrong:
@@ -61,7 +62,7 @@ def _event(event: Event, words: Mapping[int, str]) -> str:
 
 
 def amount(ps: int, hz: int) -> str:
-    """Return a length of time as text: in ticks of a clock of `hz` if they are whole, else in a unit of time."""
+    """Return a length of time as text: in whole ticks of a clock of `hz` if possible, else in a unit of time."""
     ticks = round(Fraction(ps * hz, PS_PER_S))
     if hz < PS_PER_S and ticks and abs(ps - Fraction(ticks * PS_PER_S, hz)) < 1:  # both instants are rounded down
         return counted(ticks, "tick")

@@ -85,7 +85,7 @@ class PortEndpoint(Rig):
 
     Args:
         on: "tcp", "pty" or "rfc2217".
-        framing: for a chip on a bus: True if the program exchanges lines of text with read-back with it,
+        framing: for a chip on a bus: True if the program and the chip exchange lines of text with read-back,
             False if the program exchanges characters with a UART next to the chip.
     """
 
@@ -131,7 +131,7 @@ class PortEndpoint(Rig):
         self.thread.start()
 
     def pace_of(self, rate: str | float | None) -> Pace:
-        """Return the pacing of virtual time: only while a wait needs it (None), or by the wall clock at a rate."""
+        """Return the pacing of virtual time: only while a wait needs it if `rate` is None, else by the wall clock."""
         return Lockstep(self.bench) if rate is None else Paced(self.bench, rate)
 
     def do(self, action: Callable[[], Result]) -> Result:

@@ -127,7 +127,7 @@ class Faults(Part):
 
     # ------------------------------------------------------------------------------------------------------- the port
     def unplugged(self, at: Time | None = None, lasting: Time | None = None) -> Fault:
-        """Remove the port, as when an adapter is unplugged: a program that has or opens the port gets errors.
+        """Remove the port, as when an adapter is unplugged: a program that has it open, or opens it, gets errors.
 
         When the port is back, the program must open it again.  The module stays powered throughout.
 
@@ -203,13 +203,13 @@ class Faults(Part):
         return self._stuck("stuck switch", pin, level, at, lasting)
 
     def enable_held_low(self, at: Time | None = None, lasting: Time | None = None) -> Fault:
-        """Hold ENABLE low (high on parts where high holds): the next step waits until ENABLE changes back."""
+        """Hold ENABLE low (high on parts that a high ENABLE stops): the next step waits until ENABLE changes back."""
         row = self._row("enable")
         level = 1 - (row.sense or 0)
         return self._stuck(f"{row.name.upper()} held {'high' if level else 'low'}", row.name, level, at, lasting)
 
     def _row(self, *roles: str) -> Pin:
-        """Return the pin with the first of the given roles that any pin of the chip has."""
+        """Return the pin with the first role or, if the chip has no such pin, with the next role, and so on."""
         sheet = self.chip.sheet
         for role in roles:
             if row := sheet.role(role):
@@ -241,7 +241,8 @@ class Faults(Part):
             level: the level of the closed contact; by default the active level.
             bounces: the number of times that the contact reopens.
             within: the time within which all bounces happen.
-            at, lasting: the instant at which the fault begins, by default now; its duration, by default forever.
+            at: the instant at which the fault begins, by default now.
+            lasting: the duration of the fault, by default forever.
         """
         row = self._row("end", "end_plus") if pin is None else self.chip.pin(pin).row
         closed = (row.sense or 0) if level is None else level
@@ -258,7 +259,7 @@ class Faults(Part):
         return self._scheduled("bouncing limit", begin, terminal.release, at, lasting)
 
     def eeprom_fault(self, at: Time | None = None, lasting: Time | None = None) -> Fault:
-        """Make EEPROM programming fail: the answer to the command M is E6, and to X too until a write succeeds."""
+        """Make EEPROM programming fail: the command M is answered with E6; until a write succeeds, so is X."""
         fail = getattr(self.chip, "fail_eeprom", None)
         if fail is None:
             raise UsageError(f"EEPROM fault: {self.chip.name}, a {self.chip.sheet.part}, has no EEPROM")
@@ -300,7 +301,7 @@ class ReportedNoise(Noise):
         self.receiver, self.report = receiver, report
 
     def hit(self, byte: int) -> tuple[int | None, str]:
-        """Return the byte received (None: none) and the fault of its frame ("": none); report any effect."""
+        """Return the received byte, or None if it is lost, and its frame's fault, "" if none; report any effect."""
         passed, fault = super().hit(byte)
         if passed is None:
             self.report(f"{byte:#04x} to the {self.receiver} is lost")

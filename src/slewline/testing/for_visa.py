@@ -88,7 +88,7 @@ class ModuleSession(SerialSession):
         return "; ".join(filter(None, (self.rig.chip.waiting, self.rig.host.uart.far.disagreement)))
 
     def unended(self) -> str:
-        """Return a text: the characters that an incomplete read received, and any terminator that is missing."""
+        """Return, as text, the characters that an incomplete read received, and any terminator that is missing."""
         if self.get_attribute(ResourceAttribute.asrl_end_in)[0] != SerialTermination.termination_char:
             return f"received {self.part!r}, and nothing more"
         end = bytes([self.get_attribute(ResourceAttribute.termchar)[0]])
@@ -124,7 +124,7 @@ class SlewlineVisaLibrary(PyVisaLibrary):
         return (LibraryPath(SCHEME),)
 
     def list_resources(self, session: VISARMSession, query: str = "?*::INSTR") -> tuple[str, ...]:
-        """Return the resources that match `query`: existing named modules, and a new one of each serial part."""
+        """Return the resources that match `query`: existing named modules, and one new module per serial part."""
         urls = [rig.url for rig in NAMED.values()]
         urls += [f"{SCHEME}://{part}" for part in CATALOGUE.ours if serial_line(sheet_of(part)) is not None]
         return tuple(rname.filter([f"ASRL{url}::INSTR" for url in urls], query))

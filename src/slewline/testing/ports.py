@@ -7,8 +7,8 @@
         main()                               # searches the port list for its adapter
 
 The names are assigned for the duration of the block.  The program may have imported the classes of pySerial and
-serialx earlier, since these are not replaced; their objects behave like those for slewline:// URLs if their port
-name is one of the assigned names.  All other ports are unchanged.
+serialx earlier, since these are not replaced; an object of these classes behaves like one for a
+slewline:// URL if its port name is one of the assigned names.  All other ports are unchanged.
 """
 
 from __future__ import annotations
@@ -204,7 +204,7 @@ def _serialx(stack: ExitStack, serialx: Any, known: Mapping[str, Controller], us
 def _lend(
     stack: ExitStack, cls: type, own: Mapping[str, Any], mine: Callable[[Any], bool], found: Callable[[Any], Rig]
 ) -> None:
-    """Give the objects of `cls` for which `mine` is true the methods `own`; close them when the stack ends."""
+    """Give the methods `own` to objects of `cls` for which `mine` is true; close the objects when `stack` ends."""
     opened: WeakSet[Any] = WeakSet()
 
     def noted(port: Any) -> Rig:

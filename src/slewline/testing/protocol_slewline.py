@@ -216,7 +216,7 @@ class Serial(HasRig, SerialBase):
         self._end.sleep(duration)
 
     def clock(self) -> float:
-        """Return the virtual time (s), which replaces the time.monotonic of a program with a real port."""
+        """Return the virtual time (s): the counterpart of time.monotonic for a real port."""
         return self.rig.bench.now_ps / PS_PER_S
 
     def _update_break_state(self) -> None:

@@ -96,7 +96,8 @@ class Rig:
 
     Args:
         part: a name such as "gs-c200s", the name of an entry point, "my_lab.mx10:Mx10", or the class of a chip.
-        straps: the straps of the module; without BR0 to BR2, it has the highest rate in its data sheet.
+        straps: the straps of the module; if BR0 to BR2 are not given, the module has the highest
+            rate in its data sheet.
         store: a file that holds the EEPROM, which may be the chip's external memory.
         memory: a file with an image of the external memory, as a dump or in Intel HEX.
         rate: virtual seconds per second; None if virtual time does not wait for the wall clock.
@@ -149,7 +150,7 @@ class Rig:
         self.away = ""
 
     def look(self) -> str:
-        """Return why the port cannot be found, after 100 ms of virtual time for the failed search; "" if it can be."""
+        """Return why the port cannot be found, or ""; a failed search first takes 100 ms of virtual time."""
         if why := self.away:
             self.wait(never, LOOK_PS)
         return why
@@ -230,7 +231,7 @@ class Rig:
             self.wait(never, self.host.uart.clock.ps(self.host.word.ticks))
 
     def do(self, action: Callable[[], Result]) -> Result:
-        """Call a function while no time passes; let waiting threads check their conditions, and return its result."""
+        """Call a function while no time passes, let waiting threads check their conditions, and return the result."""
         with self.lock:
             result = action()
             self.lock.notify_all()

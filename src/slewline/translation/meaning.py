@@ -84,7 +84,7 @@ class Action:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SetProfile(Action):
-    """An action that sets the value of the profile named by `sets`; `profile` is the result, None if not known.
+    """An action that sets a profile value, named by `sets`; `profile` is the result, None if not known.
 
     `value` is the new value: a rate, steps/s, or, for "ramp", the resulting acceleration, steps/s^2.
     """
@@ -156,7 +156,7 @@ class MoveBy(Motion):
 class MoveTo(Motion):
     """A move to a position; the position is None if not known.
 
-    `implied`: the command is one that can move several axes together, with a `MoveTo` for each of them.
+    `implied`: the command can move several axes together, and there is a `MoveTo` for each of these axes.
     """
 
     position: int | None
@@ -232,7 +232,7 @@ class Jump(Action):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Loop(Action):
-    """A jump back to a label until `passes` passes of the loop have been made; then the next action follows."""
+    """A jump back to a label, made until the loop has run `passes` times; then the next action follows."""
 
     to: str
     passes: int
@@ -347,8 +347,8 @@ class Program:
         lines: all lines of the text, in order.
         assumed: the assumptions about facts missing from the text.
         wiring: the pins of the source, keyed by their purpose: "step", "direction", "output1", "input1" ...
-        half_steps: whether a step of the source is a half step of the motor, because of an option or after some
-            command.
+        half_steps: whether a step of the source is a half step of the motor, either because of an option or
+            once some command has selected half steps.
         interrupted: whether something outside the program may end a motion early.
     """
 

@@ -1,4 +1,4 @@
-"""The times of moves, from first to last step, by the source's ramp law and those of targets other than our parts."""
+"""Times of moves, first to last step, by the ramp laws of the source and of targets other than our parts."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ ODD_RATE = 1000  # steps/s: an unreachable rate above this is too high for the p
 
 @dataclass(frozen=True, slots=True)
 class Fitted:
-    """The target's values (by command form) whose motions come nearest to a wanted profile; their own profile."""
+    """The target's values (by command form) whose motions come nearest to a wanted profile, and their profile."""
 
     values: Mapping[str, int]
     profile: Profile
@@ -79,7 +79,8 @@ class Profiles:
     def move_ps(self, profile: Profile, steps: int) -> int | None:
         """Return the time from the first step of a move to its last step, ps, or None if it is not known.
 
-        The last step counts, as parts report the end of a move either before or after the last step interval.
+        The time ends at the last step because some parts report the end of a move before the last step interval,
+        and others after it.
         """
         return self._moves(frozenset(profile.values.items()), 0.0 if profile.ramped else profile.top, abs(steps))
 
@@ -120,7 +121,7 @@ class Profiles:
         return Fitted(dict(chosen), self.profile_of(best, best.values))
 
     def ends(self, role: str) -> tuple[float, float]:
-        """Return the lowest and the highest rate that the command with a role can set, steps/s."""
+        """Return the lowest and the highest rate that the command with the given role can set, steps/s."""
         row, ramp, top = self.rows[role], self.rows["ramp"], self.rows["top_rate"]
         first = self.rows.get("start_rate")
         found = []
@@ -176,7 +177,7 @@ class Profiles:
         return Fitted(dict(chosen), found or Profile(wanted.top, wanted.top, values=chosen))
 
     def _divided(self, rate: float) -> tuple[int, int]:
-        """Return the divisor and rate parameter that come nearest to `rate`; of equal pairs, the lowest divisor."""
+        """Return the divisor and rate parameter nearest to `rate`; of equally near pairs, the lowest divisor wins."""
         row, factor = self.rows["top_rate"].args[0], self.rows["rate_divisor"].args[0]
         steepest = self.rows["ramp"].args[0].high
         form, slope = self.rows["top_rate"].form, self.rows["ramp"].form

@@ -55,7 +55,7 @@ def one_acceleration(actions: Iterable[Action]) -> float:
 
 
 def variables(actions: Iterable[Action]) -> tuple[bool, bool]:
-    """Return whether some relative move's distance depends on the path to it, and whether some direction does."""
+    """Return whether the distance, and whether the direction, of any relative move depends on the path to it."""
     moves = [each for each in actions if isinstance(each, MoveBy)]
     return any(each.distance is None for each in moves), any(each.sign is None for each in moves)
 
@@ -66,7 +66,7 @@ def stored(program: Program) -> list[int]:
 
 
 def runs(program: Program) -> dict[int, int]:
-    """Return the number of the stored program that each run command of the host runs, by the command's line.
+    """Return the number of the stored program that each host run command runs, keyed by the command's line.
 
     The number is -1 if the text has not entered a program before the command.
     """
@@ -80,7 +80,7 @@ def runs(program: Program) -> dict[int, int]:
 
 
 def started_plainly(program: Program) -> Program:
-    """Return a program whose host only runs programs that the text enters, from their start or from a label.
+    """Return a program whose host starts only programs that the text enters, each at its start or at a label.
 
     Each host command of one of these kinds becomes a `Special`: a loop or branch, a level at a pin that is
     not a program input, a stop of a running motion, and a run of a program that the text does not enter.

@@ -1,4 +1,4 @@
-"""Searches for the commands of a part by their roles, and questions about single commands."""
+"""Functions that find the commands of a part by their roles, and functions that test single commands."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ PROFILE_ROLES = ("start_rate", "top_rate", "ramp", "ramp_divisor", "rate_divisor
 
 
 def takes_part(row: Row, parameters: Iterable[str]) -> bool:
-    """Return whether a command sets a rate or a ramp value, by its role or because its form is in `parameters`."""
+    """Return whether a command sets a rate or ramp value: its role shows it, or its form is in `parameters`."""
     return bool(row.args) and (row.role in PROFILE_ROLES or row.form in parameters)
 
 

@@ -82,8 +82,8 @@ def translate_bench(
     Raises:
         UnknownName: the target does not exist.
         UsageError: no chip has a program.
-        BenchFileError, ProgramError: the bench, or a program, has errors; also a host that is connected to
-            several chips.
+        BenchFileError, ProgramError: the bench, or a program, has errors, or a host is connected to several
+            chips.
     """
     name = known(to)
     file = BenchFile(path)
@@ -92,8 +92,9 @@ def translate_bench(
 
 @dataclass(slots=True)
 class _OneChip:
-    """A chip of the source's bench: its data sheet, its translated program, and the target's pins by its own.
+    """A chip of the source's bench: its data sheet, its translated program, and the target's pins.
 
+    `pins`: the target's pin for each pin of the chip, by name.
     `interrupted`: something on the bench may end a motion early.
     """
 
@@ -162,7 +163,7 @@ class _BenchWriter:
 
     # ------------------------------------------------------------------------------------------------------------- pins
     def pin(self, chip: str, name: str) -> str:
-        """Return the name of the target's pin with the purpose of pin `name` of a chip; empty if there is none."""
+        """Return the name of the target's pin for the same purpose as a chip's pin `name`; empty if there is none."""
         one = self.chips[chip]
         if name in one.pins:
             return one.pins[name]
@@ -171,7 +172,7 @@ class _BenchWriter:
         return "" if mine is None else mine.name
 
     def inverted(self, chip: str, name: str) -> bool:
-        """Return whether pin `name` of a chip and the target's pin for this purpose differ in their active level."""
+        """Return whether a chip's pin `name` and the target's pin for the same purpose differ in active level."""
         theirs = next((pin for pin in self.chips[chip].sheet.pins if pin.name == name), None)
         mine = self.mine.role(theirs.role) if self.mine is not None and theirs is not None and theirs.role else None
         if theirs is None or mine is None or theirs.role.startswith(SAME_LEVEL):
@@ -179,7 +180,7 @@ class _BenchWriter:
         return None not in (theirs.sense, mine.sense) and theirs.sense != mine.sense
 
     def _places(self, text: str) -> Iterator[tuple[str, str]]:
-        """Yield each pin of a chip that a text names, as a pair of chip name and pin name."""
+        """Yield the chip pins that are named in a text, as pairs of chip name and pin name."""
         names = "|".join(map(re.escape, self.chips))
         for found in re.finditer(rf"""(?<=["'])({names})\.(\w+)(?=["'])""", text):
             yield found[1], found[2]
@@ -206,7 +207,7 @@ class _BenchWriter:
         """Comment out the tables in `blocks` that cannot be used with the target, and list them.
 
         Args:
-            kinds: the kind of table of each block; empty for a block that is not a table in use.
+            kinds: the kind of table of each block; empty for a block that is not a table, or is commented out.
             blocks: the texts of the result, in order.
         """
         while True:
@@ -229,7 +230,10 @@ class _BenchWriter:
                 return
 
     def _block(self, kind: str, number: int, block: str) -> str:
-        """Return the translation of a table of the bench file: `block` is its text, `number` its index in its kind."""
+        """Return the translation of a table of the bench file.
+
+        `block` is the text of the table, and `number` its index among the tables of the same kind.
+        """
         if kind == "chip":
             return self._chip(block)
         if kind == "host":
@@ -325,7 +329,7 @@ class _BenchWriter:
 
 
 def may_interrupt(chip: Chip, driven: set[str]) -> bool:
-    """Return whether the bench may end a motion of a chip early: a pin that does so is driven or wired.
+    """Return whether the bench may end a motion of a chip early: it drives or wires a pin that ends motions.
 
     Args:
         driven: the pins that the bench file drives, as "chip.pin".

@@ -45,7 +45,7 @@ INLINE = Workers(Inline(), 1, "")
 
 
 class Worker(SpawnProcess):
-    """A process of the pool, which ends with its parent."""
+    """A process of the pool; it ends when its parent process ends."""
 
     def start(self) -> None:
         """Start the process."""

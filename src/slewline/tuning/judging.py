@@ -32,7 +32,7 @@ class Trial:
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """The result of a trial: whether steps were lost; the lag at rest (`error`) and at most, full steps."""
+    """The result of a trial: whether steps were lost; the lag (full steps) at rest (`error`) and at its worst."""
 
     lost: bool
     error: float

@@ -34,7 +34,7 @@ def supply(system: System, factor: float) -> System:
 
 
 def current(system: System, factor: float) -> System:
-    """Return a system whose current is multiplied by a factor; if resistors set it, by changing the resistance."""
+    """Return a system whose current is multiplied by a factor; if resistors set it, their value is changed."""
     motor, driver, load = system
     if driver.kind in ("voltage", "bilevel"):
         series = (motor.resistance + driver.series) / factor - motor.resistance
@@ -43,7 +43,7 @@ def current(system: System, factor: float) -> System:
 
 
 def friction(system: System, factor: float) -> System:
-    """Return a system whose motor and load friction and stiction are multiplied by a factor."""
+    """Return a system in which the friction and stiction of motor and load are multiplied by a factor."""
     motor, driver, load = system
     stiction = None if load.stiction is None else load.stiction * factor
     loaded = replace(load, friction=load.friction * factor, stiction=stiction)
@@ -165,7 +165,7 @@ class Scenario:
 def scenarios(
     system: System, rows: Sequence[Perturbation], stepping: str, step_ps: int, suffix: str = ""
 ) -> tuple[Scenario, ...]:
-    """Return scenarios for all rows with different effects, in both directions.
+    """Return scenarios for all rows, in both directions; of rows with the same effect, only one is used.
 
     For half steps, there are further scenarios in which the move begins at an odd step.
 

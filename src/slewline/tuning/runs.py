@@ -98,7 +98,7 @@ class Runs:
 
         Args:
             order: a function that returns the scenarios of the nth candidate.
-            known: a function that returns how many outcomes must be yielded before `order` can be called for n.
+            known: a function of n: how many outcomes must be yielded before `order(n)` can be called.
         """
         row = _Row()
         begun = yielded = 0

@@ -1,10 +1,10 @@
-"""The search: moves are judged fastest first, each under the most frequent causes of failure first.
+"""The search: moves are judged fastest first; for each, the most frequent causes of failure come first.
 
 A move holds if it loses no steps under any scenario; the search ends with the first move that holds.  No
-conclusion is drawn from one move about another, so that first move is the fastest that holds, whatever
-the shape of the region of moves that hold.  The scenarios of the nth candidate are ordered by the
-failures among the first n/2 candidates, so the result depends neither on how many runs are in flight nor
-on which of them finishes first.
+conclusion is drawn from one move about another; the first move that holds is therefore the fastest,
+whatever the shape of the region of moves that hold.  The scenarios of the nth candidate are ordered by
+the failures among the first n/2 candidates, so the result depends neither on how many runs are in flight
+nor on which of them finishes first.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ OnProgress = Callable[[Progress], object]
 
 @dataclass(frozen=True, slots=True)
 class Picked:
-    """The fastest move that holds, the recommended move, and whether the latter was also judged when switching."""
+    """The fastest move that holds; the recommended move, and whether a switching chopper was tried with it."""
 
     best: Outcome | None
     recommended: Outcome | None
@@ -95,7 +95,7 @@ class BestFirst:
 
     # ----------------------------------------------------------------------------------------------- order of scenarios
     def _order(self, number: int) -> Sequence[Scenario]:
-        """Return the scenarios of the nth candidate, the most frequent causes of failure among the first n/2 first."""
+        """Return the scenarios of the nth candidate, in descending order of failures in the first n/2 candidates."""
         while self._counted < number // 2:
             killer = self._killers[self._counted]
             if killer is not None:

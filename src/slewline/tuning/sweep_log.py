@@ -119,7 +119,7 @@ class Log:
 
     @property
     def runs(self) -> int:
-        """The number of complete verdicts in the file, even if an `add` was interrupted after its writing."""
+        """The number of complete verdicts in the file, even if an `add` was interrupted after it wrote its verdict."""
         return Path(self.path).read_bytes().count(b"\n") - 1
 
     def add(self, key: tuple[str, str], values: Mapping[str, Any], verdict: Verdict) -> None:

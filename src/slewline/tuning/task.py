@@ -44,7 +44,7 @@ class TuningTask:
         return scenarios(self.system, self.perturbations, self.stepping, self.step_ps)
 
     def switching(self) -> tuple[Scenario, ...]:
-        """Return the scenarios with a switching chopper, if the driver is an averaged one; otherwise empty."""
+        """Return the scenarios with a switching chopper, if the driver is an averaged chopper; otherwise empty."""
         if self.driver.kind != "averaged":
             return ()
         system = self.motor, replace(self.driver, kind="chopper"), self.load

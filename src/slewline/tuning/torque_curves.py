@@ -1,4 +1,7 @@
-"""Torque curves in closed form: a motor's pull-out torque, and the torque that a ramp requires; no verdicts."""
+"""Torque curves in closed form: a motor's pull-out torque, and the torque that a ramp requires.
+
+No verdict depends on them.
+"""
 
 from __future__ import annotations
 
@@ -52,7 +55,7 @@ def pull_out(system: System, stepping: str, rates: NDArray[np.float64]) -> NDArr
 
 
 def demand(system: System, times: NDArray[np.int64], micro: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return a move's rates (full steps/s), and at each the torque (N m) for inertia, friction and load."""
+    """Return a move's rates (full steps/s), and the torque (N m) that inertia, friction and load need at each."""
     import numpy as np
 
     motor, _, load = system

@@ -51,7 +51,7 @@ def tune(
     switching: bool = True,
     on_progress: OnProgress = lambda _: None,
 ) -> Tuned:
-    """Return the fastest ramp in a grid with which a motor loses no steps, and the recommended ramp.
+    """Return the fastest of a grid's ramps with which a motor loses no steps, and the recommended ramp.
 
     The step times of each move are those of the part itself.  A move fails if, under any perturbation, the
     rotor is 0.6 full steps or more from its commanded position at rest, or more than 3.9 during the move
@@ -62,22 +62,24 @@ def tune(
         part: the part number, "cy525", "gs-c200" ...
         motor, driver, load: for each, the name of a built-in one, a description, a table, or your own data.
         steps: the number of steps of the move, from rest to rest.
-        grid: the parameter values to try, such as "F=3..10 R=4..40 S=1..254/8", or a mapping; omitted parameters have
-            default values.
-        perturb: the perturbations, such as "load 20%, supply -10%", or "none"; by default load, inertia, supply,
-            current, friction, drag, and all unfavourable ones together.
+        grid: the parameter values to try, such as "F=3..10 R=4..40 S=1..254/8", or a mapping; omitted
+            parameters have default values.
+        perturb: the perturbations, such as "load 20%, supply -10%", or "none"; by default load, inertia,
+            supply, current, friction, drag, and all unfavourable ones together.
         stepping: the motor's step mode: "full", "wave", "half", or "micro 8".
         crystal, options: as for `slewline.ramp`.
         executor: a concurrent.futures executor, to judge several moves at a time; the result is the same.
         store: a file that keeps the verdicts, from which an interrupted sweep is resumed.
         full_map: judge every candidate; the result's `map` then lists all of them.
-        switching: if the driver is an averaged chopper, judge the recommended move with the switching chopper as well.
+        switching: if the driver is an averaged chopper, judge the recommended move with the switching
+            chopper as well.
         on_progress: a function that is called with a `Progress` after every candidate.
 
     Raises:
         UnknownName: a part, parameter, motor or perturbation does not exist.
         UsageError: a value is out of range, the store cannot be used, or the executor fails.
-        NothingHolds: every candidate loses steps (with `full_map`, the result with its map is returned).
+        NothingHolds: every candidate loses steps; not raised if `full_map` is True: the result with its map
+            is then returned.
         KeyboardInterrupt: Ctrl-C was pressed; the text states the number of runs in the store.
     """
     task, calculator = task_of(part, motor, driver, load, steps, grid, perturb, stepping, crystal, options)
@@ -200,7 +202,8 @@ def nothing_holds(search: BestFirst, note: str = "") -> UsageError:
     """Return the error that states why the slowest candidate fails, and a remedy.
 
     Args:
-        note: an error in the motor's current, which explains all failures; if given, it is stated instead.
+        note: a text about an error in the motor's current, which explains all failures; if given, it
+            replaces the reason and the remedy.
     """
     from .task import NothingHolds
 

@@ -106,7 +106,7 @@ def _map(tuned: Tuned, calculator: Calculator) -> GridMap | None:
 def _curve(tuned: Tuned, calculator: Calculator) -> TorqueCurve:
     """Return the pull-out curve, and the torque demands of the chosen move and of a faster move that fails.
 
-    Of several such faster moves, the slowest is used; if there is none, its torque demand is omitted.
+    If several faster moves fail, the slowest of them is used; if none does, the second demand is omitted.
     """
     import numpy as np
 
@@ -156,7 +156,10 @@ def _lag(tuned: Tuned, calculator: Calculator) -> LagCurve:
 
 
 def outline(values: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Return the indices to be drawn, (n,) ascending: both ends, and each stretch's minimum and maximum."""
+    """Return the indices to be drawn, (n,) ascending: both ends, and the minimum and maximum of each stretch.
+
+    A stretch is one of `STRETCHES` equal parts of the values; if there are few values, all are drawn.
+    """
     import numpy as np
 
     if len(values) <= 2 * STRETCHES:

@@ -64,8 +64,8 @@ class Waveforms:
     the lowest.
 
     Levels are 0 and 1, or numbers on a bus; FLOATING (-1) for z, UNKNOWN (-2) for x.  A floating wire of a
-    bus reads 1, unless all its wires float.  If a VCD file states no value for a wire before its first
-    change, the wire is taken to have had the opposite level until that change.
+    bus reads 1, unless all wires of the bus float.  If a VCD file states no value for a wire before its
+    first change, that change is taken to be a change from the opposite level.
 
     Attributes:
         path: the path of the file.
@@ -249,8 +249,8 @@ class Waveforms:
                 steps on every edge.
             forward: the level of `direction` at which positions count up, 0 or 1.
             position: the position before the first step.
-            idle: the level to assume for `pulse` while it floats or is unknown, 0 or 1; by default, a time in
-                which it does so is an error if a step may be lost in that time.
+            idle: the level to assume for `pulse` while it floats or is unknown, 0 or 1; by default, it is
+                an error if a step may be lost while `pulse` floats or is unknown.
 
         Raises:
             UnknownName: there is no such signal.
@@ -284,7 +284,7 @@ class Waveforms:
         return Steps(times, signs, position + np.cumsum(signs, dtype=np.int64))
 
     def _check_known(self, pulse: str, signal: Signal, begins: tuple[int, ...]) -> None:
-        """Check that a step signal is known from its first edge on, and before it if a step may begin there.
+        """Check that a step signal is known from its first edge on, and before that edge if it may begin a step.
 
         Raises:
             UsageError: the signal floats or is unknown there.

@@ -177,7 +177,7 @@ class Actions(MotionWriter):
         return [ResultPiece(self.row("erase"))]
 
     def on_hostdirective(self, action: HostDirective) -> list[ResultPiece]:
-        """Return the directives for the target's host that replace a directive."""
+        """Return the directives for the target's host that replace a directive for the source's host."""
         found = self.directives.translated(action.text)
         if isinstance(found, str):
             raise Impossible(action.text, found, "write it by hand for this host")

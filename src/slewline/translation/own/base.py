@@ -40,7 +40,7 @@ FULL_STEPS = 4  # patterns of the phases; above these the parts differ
 
 
 class Impossible(Exception):
-    """An error: the target cannot perform an action; with the limit that prevents it, and advice to the user."""
+    """An error: the target cannot perform an action; `limit` prevents it, and `remedy` is advice to the user."""
 
     def __init__(self, description: str, limit: str, remedy: str = "") -> None:
         super().__init__(description)
@@ -149,7 +149,7 @@ class ActionWriter:
                     self.known_values["sign"] = action.sign
 
     def in_order(self, action: Action, first: list[ResultPiece], found: list[ResultPiece]) -> list[ResultPiece]:
-        """Return `first`, the initial settings, then `found`; settings allowed only in programs follow the entry."""
+        """Return `first` (initial settings), then `found`; settings allowed only in programs follow program entry."""
         if first and isinstance(action, EnterProgram) and first[0].row is not None and "i" not in first[0].row.when:
             for piece in first:
                 piece.block = action.number
@@ -157,7 +157,7 @@ class ActionWriter:
         return [*first, *found]
 
     def placed(self, action: Action, pieces: list[ResultPiece]) -> list[ResultPiece]:
-        """Return the pieces, after giving those without a source line or block the line or block of the action."""
+        """Return the pieces; a missing source line or block of a piece is first filled in from the action."""
         for piece in pieces:
             piece.source = piece.source or action.line
             if piece.block < 0:

@@ -18,7 +18,7 @@ WAIT_INPUT, BRANCH_INPUT = 1, 2  # input of commands that name no input
 
 
 class CannotTest(Exception):
-    """An error: the target cannot test a condition; with the limit that prevents it, and advice to the user."""
+    """An error: the target cannot test a condition; `limit` prevents it, and `remedy` is advice to the user."""
 
     def __init__(self, limit: str, remedy: str = "") -> None:
         super().__init__(limit)
@@ -70,7 +70,7 @@ class Conditions:
 
     # -------------------------------------------------------------------------------------------------------- branches
     def jump(self, to: str, at_start: bool) -> list[ResultPiece]:
-        """Return the instructions that continue at the label `to`; `at_start`: it is at the start of the program."""
+        """Return the instructions that continue at label `to`; `at_start`: the label is at the program's start."""
         if "jump" in self.rows:
             return [ResultPiece(self.rows["jump"], (Goto(to),))]
         again = self.rows.get("run")
@@ -95,7 +95,7 @@ class Conditions:
         return self._one_input(one, to, at_start)
 
     def _all_inputs(self, inputs: tuple[Input, ...], to: str) -> list[ResultPiece]:
-        """Return a branch for each combination of levels that fulfils the condition; untested inputs count as high."""
+        """Return a branch for each combination of levels that fulfils the condition; unused inputs count as high."""
         given = {one.number: one.level for one in inputs}
         row = self.rows["branch_inputs"]
         wanted = [

@@ -21,9 +21,9 @@ class Goto:
 
 @dataclass(slots=True)
 class ResultPiece:
-    """A line of the result before layout: an instruction or, if `row` is None, another text.
+    """A line of the result before layout: an instruction or, if `row` is None, a line of any other kind.
 
-    If an instruction has a `text`, that text is written instead of its values, which do not include a
+    If an instruction has a `text`, that text is written unchanged, since `values` cannot contain a
     prefix, a string or "#".  `labels` name the instruction; `source` is the source line, `block` the stored
     program that the instruction belongs to, and `program` the program that it enters, leaves or runs.
     """
@@ -80,7 +80,7 @@ class ResultLayout:
         return self.addresses.get((block, value.name), 0)
 
     def _name(self, block: int) -> None:
-        """Assign letters to a program's labels, if possible the source's; none if there are too few letters."""
+        """Assign letters to a program's labels, keeping the source's if possible; assign none if there are too few."""
         inside = [piece for piece in self.pieces if piece.block == block and piece.row is not None]
         used = dict.fromkeys(
             value.name for piece in inside for value in piece.values if isinstance(value, Goto) and takes_label(piece)

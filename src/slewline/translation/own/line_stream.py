@@ -1,9 +1,9 @@
-"""The actions of a program, in the target's order.
+"""The actions of a program, in the order that the target needs.
 
-For a target that can move only in a stored program, the commands that a host sends to the source are put into
-programs, and settings sent before or after the entry of a program go to the head of that program.  For a target that
-acts immediately, the settings at the head of a program are moved to a place before its entry, where they take no
-memory.
+For a target that can move only in a stored program, the commands that a host sends to the source are put
+into programs, and settings sent before or after the entry of a program go to the head of that program.
+For a target that acts immediately, the settings at the head of a program are moved to a place before its
+entry, where they take no memory.
 """
 
 from __future__ import annotations
@@ -141,7 +141,7 @@ def acts(step: StreamStep) -> bool:
 
 
 def programs(steps: list[StreamStep], after: Action) -> Iterator[list[StreamStep]]:
-    """Yield each program's steps; if `after` acts during the last motion, that motion gets its own program."""
+    """Yield the steps as one program; the last of several motions starts a second if `after` acts during it."""
     if not any(acts(each) for each in steps):
         return
     last = max((n for n, each in enumerate(steps) if isinstance(each.action, Motion)), default=0)
@@ -167,7 +167,10 @@ def waits(steps: list[StreamStep]) -> list[StreamStep]:
 
 
 def whole(steps: list[StreamStep], at: int, before: list[StreamStep]) -> tuple[list[StreamStep], int]:
-    """Return the program entered at `at`, with the settings around it at its head, and the next step's index."""
+    """Return the steps of the program entered at index `at`, and the index of the step that follows them.
+
+    The settings around the program, before and after its entry, are at its head.
+    """
     enter = steps[at]
     assert isinstance(enter.action, EnterProgram)  # noqa: S101
     number = enter.action.number
@@ -203,7 +206,10 @@ def within(action: Action | None, number: int) -> Action | None:
 
 # ------------------------------------------------------------------------------------------- programs for other parts
 def hoisted(steps: list[StreamStep]) -> list[StreamStep]:
-    """Return all steps; rate settings at a program's head precede its entry, unless its body sets rates."""
+    """Return all steps, with the rate settings at a program's head moved to before its entry.
+
+    They are not moved if the body of the program sets rates, too.
+    """
     found: list[StreamStep] = []
     at = 0
     while at < len(steps):

@@ -1,8 +1,9 @@
 """The target's rates and ramps: consecutive settings form a group, which sets one profile.
 
-A parameter of the source need not have a counterpart in the target: CY512 R and S also determine a start rate, which
-the CY525 sets with F.  So a group is processed as a whole: the profile after its last setting is fitted, each command
-becomes the target's command for the same value, and other changed values are set after the last command.
+A parameter of the source need not have a counterpart in the target: R and S of the CY512 also determine
+a start rate, which the CY525 sets with F.  So a group is processed as a whole: the profile after its
+last setting is fitted, each command becomes the target's command for the same quantity, and any further
+values that change are set after the last command.
 """
 
 from __future__ import annotations
@@ -183,7 +184,7 @@ class Rates:
         return LineVerdict(action.line, LineKind.IMPOSSIBLE, description, limit, remedy, off=off, off_ps=difference)
 
     def span(self, role: str) -> str:
-        """Return a text that states the range of rates that the target's command with a role can set."""
+        """Return a text that states the range of rates that the target's command with the given role can set."""
         assert self.target is not None  # noqa: S101
         low, high = self.target.ends(role)
         return f"{low:.0f} to {high:.0f} steps/s"
@@ -221,7 +222,10 @@ class Rates:
         return LineVerdict(action.line, kind, description, limit, remedy, off=off, off_ps=after - before)
 
     def _sister(self, action: SetProfile) -> Row | None:
-        """Return the target's identical command for a setting; None if it, the crystal or the ramp law differs."""
+        """Return the target's command for a setting if it is identical to the source's command, else None.
+
+        The result is also None if the crystals or the ramp laws of the two parts differ.
+        """
         if self.source is None or self.target is None or self.source.hz != self.target.hz:
             return None
         if type(self.source.calculator) is not type(self.target.calculator):
@@ -260,7 +264,7 @@ class Rates:
         return abs(after - before) / before, before, after
 
     def first(self, profile: Profile) -> list[tuple[Row, int]]:
-        """Return the commands that set `profile`, the source's reset values, before a motion that relies on it."""
+        """Return the commands that set `profile`, the source's after a reset, before a motion that relies on it."""
         if self.target is None:
             return []
         values = self.target.fit(profile).values

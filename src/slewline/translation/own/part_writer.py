@@ -109,7 +109,7 @@ class OwnWriter:
         return Written(tuple(lines), tuple(verdicts), tuple(self._wiring()), tuple(assumed))
 
     def _refused(self, pieces: list[ResultPiece]) -> list[LineVerdict]:
-        """Turn lines with linter errors, such as a counter limit, into comments; return verdicts on them."""
+        """Turn lines with linter errors, such as an exceeded counter limit, into comments; return verdicts on them."""
         found: list[LineVerdict] = []
         for _ in range(MOST_ROUNDS):
             layout = ResultLayout(self.sheet, pieces)
@@ -131,7 +131,10 @@ class OwnWriter:
         return found
 
     def _counted(self) -> list[tuple[str, str]]:
-        """Return the assumption that positions stay within both parts' counters, if these differ and it matters."""
+        """Return the assumption that positions stay within the counters of both parts, or an empty list.
+
+        The list is empty if the counters' limits are equal or not known, or do not matter to the program.
+        """
         if not counts_positions(self.program):
             return []
         theirs, mine = counter_of(self.source), counter_of(self.sheet)
@@ -243,7 +246,7 @@ class OwnWriter:
         found.append(piece)
 
     def _made(self, step: StreamStep) -> list[ResultPiece]:
-        """Return the instructions for a step; before the end of program entry, add any missing end of the program."""
+        """Return the instructions for a step; if it ends program entry, add a missing end of the program before it."""
         action = step.action
         if action is None:
             return []
@@ -272,7 +275,7 @@ class OwnWriter:
         return labelled or not (isinstance(last, EndProgram) or (isinstance(last, Jump) and not last.inputs))
 
     def _too_large(self, layout: ResultLayout) -> list[LineVerdict]:
-        """Turn programs that do not fit into comments, as half a program is worse than none; return verdicts."""
+        """Comment out programs that are too large, as half a program is worse than none; return verdicts on them."""
         found = []
         for block, size in layout.sizes.items():
             if size <= self.sheet.buffer_bytes:

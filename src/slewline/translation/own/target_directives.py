@@ -44,7 +44,7 @@ class Directives:
         return [f"@drive {pin.name}={pin.active}", at_rest(self.sheet), f"@drive {pin.name}={1 - pin.active}"]
 
     def stopping(self, row: Row) -> list[ResultPiece]:
-        """Return the stop command `row`, followed by an update command if it takes effect only then."""
+        """Return the stop command `row`, followed by an update command if the stop takes effect only at an update."""
         update = next(iter(self.sheet.acting("update")), None)
         return [ResultPiece(row), *([ResultPiece(update)] if waits_for_update(row) and update is not None else [])]
 
@@ -92,7 +92,10 @@ class Directives:
         return [f"@{verb} {chip}{mine.name}{shown}{f' {rest}' if rest and not rest.startswith('@') else rest}".rstrip()]
 
     def _braked(self, theirs: Pin, verb: str, level: str | None) -> list[str] | str:
-        """Return the stop command that replaces activating an abort pin, or a text if the target has none."""
+        """Return the target's stop command for a directive that activates an abort pin.
+
+        If the target has no such command, return a text that states this.
+        """
         row = stopping_row(self.sheet, "brake")
         if row is None:
             return f"the {self.sheet.part.upper()} has no abort input ({self.sheet.manual})"
@@ -104,7 +107,7 @@ class Directives:
 
     @staticmethod
     def _level(theirs: Pin, mine: Pin, level: int) -> int:
-        """Return the level of the target's pin with the same meaning as `level` of the source's pin."""
+        """Return the level that means the same at the target's pin as `level` does at the source's pin."""
         if theirs.role in ALIKE and mine.role != theirs.role:
             return over(mine) if level == over(theirs) else 1 - over(mine)
         if theirs.sense is None or mine.sense is None or theirs.role.startswith(("input", "output")):
@@ -129,7 +132,7 @@ def at_rest(sheet: Sheet) -> str:
 
 
 def waiting(sheet: Sheet, roles: tuple[str, ...]) -> str:
-    """Return the directive that waits for the first pin with one of the roles; for a module, until it is ready."""
+    """Return the directive that waits for the first pin found for `roles` or, with a module, until it is ready."""
     if sheet.acting("state"):
         return "@until ready"
     pin = next(pin for role in roles if (pin := sheet.role(role)) is not None)

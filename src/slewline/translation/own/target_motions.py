@@ -115,7 +115,7 @@ class MotionWriter(ActionWriter):
         return found
 
     def sets(self, kind: type[Action]) -> bool:
-        """Return whether the source has a separate command for the distance, or direction, according to `kind`."""
+        """Return whether the source has a separate command for the distance or direction, whichever `kind` sets."""
         return ("distance" if kind is SetDistance else "plus") in rows_by_role(self.source)
 
     def on_moveto(self, action: MoveTo) -> list[ResultPiece]:
@@ -131,7 +131,7 @@ class MotionWriter(ActionWriter):
         return [ResultPiece(row, (action.position,))]
 
     def targeted(self, action: MoveTo) -> list[ResultPiece]:
-        """Return the instructions for a move to a position if they take two commands: set the position, then move."""
+        """Return the instructions for a move to a position by a target that first sets the position, then moves."""
         assert action.position is not None  # noqa: S101
         row, go, found = self.row("target"), self.rows.get("update") or self.row("move"), []
         if action.steps == 0 and go.role == "update":  # a motion that would never be complete
@@ -160,7 +160,7 @@ class MotionWriter(ActionWriter):
         return [*found, wait]
 
     def on_runendless(self, action: RunEndless) -> list[ResultPiece]:
-        """Return the instructions for an endless run, or, with `until`, for a run until an input is low."""
+        """Return the instructions for an endless run or, if `until` is set, for a run until an input is low."""
         if action.until is not None:
             row = self.row("until_input")
             self.conditions.check(action.until.number)
@@ -210,5 +210,5 @@ class MotionWriter(ActionWriter):
 
 
 def isinstance_target(action: MoveTo, source: Sheet) -> bool:
-    """Return whether the source sets the target position by a separate command, translated before this move."""
+    """Return whether the source sets the target of a move by a separate command, which is translated earlier."""
     return "target" in rows_by_role(source) and action.command != "" and not action.values

@@ -69,7 +69,7 @@ def unrolled(steps: list[StreamStep], most: int, source: Sheet, interrupted: boo
 
 
 def executed(block: list[StreamStep], at: str, most: int) -> list[StreamStep]:
-    """Return the steps that a program executes, in order, from the label `at`, or from the start without one."""
+    """Return the steps that a program executes, in order, from the label `at`; from its start if `at` is empty."""
     places = {step.action.name: n for n, step in enumerate(block) if isinstance(step.action, Label)}
     counts: dict[int, int] = {}
     found: list[StreamStep] = []

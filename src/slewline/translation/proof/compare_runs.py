@@ -1,11 +1,11 @@
 """Comparison of two traces: events that only one of them contains, and differences in times and rates.
 
-Moves, outputs and inputs are compared in their order: for each move its steps, its time from the first
-step to the last, and its maximum rate; for the first move to a position after a run that was stopped,
-only the position that it reaches; for a stored program, also each pause: it begins with the last step
-of a move, or with a change of an output or input, and ends with the next first step or change.  The
-duration of a wait for an input is not compared, and neither are pauses in which a host sends commands,
-since both depend on the surroundings.
+Moves, outputs and inputs are compared in their order.  For each move, its steps, its time from the first
+step to the last, and its maximum rate are compared; for the first move to a position after a run that
+was stopped, only the position that it reaches.  For a stored program, each pause is compared as well: it
+begins with the last step of a move, or with a change of an output or input, and ends with the next first
+step or change.  The duration of a wait for an input is not compared, and neither are pauses in which a
+host sends commands, since both depend on the surroundings.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class StatedBounds:
             compared; None: no pauses are compared.
         runs: the number of times that a host runs a stored program; the pause before every run except the
             first depends on the host.
-        long: moves with more steps than this reach the rate between the ramps, in source and result.
+        long: moves with more steps than this complete the ramp to the top rate, in source and result.
     """
 
     time: float
@@ -59,7 +59,7 @@ class Compared:
         time_off: the greatest relative difference in a move time, as a fraction.
         rate_off: the greatest relative difference in the maximum rate of a long move, as a fraction; None:
             there was no long move.
-        pause_off_ps: the greatest difference in a pause that is within the bounds, ps; None: there is none.
+        pause_off_ps: the greatest of the pause differences within the bounds, ps; None: there is none.
         stated: the bounds stated in the report.
         cut: whether one of the runs had no end and was cut off, so that only the common part was compared.
     """
@@ -81,7 +81,7 @@ class Compared:
 
     @property
     def text(self) -> str:
-        """The result of the comparison in one line: if proven, its extent; otherwise, the first difference."""
+        """The result of the comparison in one line: if proven, the compared events; else the first difference."""
         counts = ((self.moves, "move"), (self.outputs, "output change"), (self.inputs, "input change"))
         what = ", ".join(counted(number, name) for number, name in counts if number)
         times = f"times differ by at most {100 * self.time_off:.2g} % (report: {100 * self.stated.time:.2g} %)"
@@ -216,7 +216,7 @@ def subsets(numbers: Sequence[int]) -> list[set[int]]:
 def without(happened: Sequence[Happened], outputs: set[int]) -> list[Happened]:
     """Return the events without the first change of each given output.
 
-    Such a change may only set the level that the output of the other part has from the start.
+    It may be that such a change merely sets the level that the other part's output has from the start.
     """
     found, left = [], set(outputs)
     for each in happened:

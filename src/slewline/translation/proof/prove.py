@@ -158,7 +158,7 @@ def bounds_of(program: Program, report: Report) -> StatedBounds:
 def hosted(program: Program) -> int | None:
     """Return the number of events that host commands cause before the host runs a stored program.
 
-    The result is None if host commands also cause events after this, or if no stored program is run.
+    The result is None if host commands also cause events after such a run, or if no stored program is run.
     """
     found, ran = 0, False
     for action in program.actions:

@@ -106,7 +106,7 @@ class _OWordMachine:
             place = self._flow(line, place)
 
     def _flow(self, line: _Line, place: int) -> int:
-        """Run the O-word line at index `place`, with the block that it begins if any; return the next index to run."""
+        """Run the O-word line at index `place`, and any block that it begins; return the next index to run."""
         match line.word:
             case "sub":
                 last = self._find(place, line.label, "endsub")

@@ -41,7 +41,7 @@ def run(text: str, options: WriterOptions) -> PlayedTrace | None:
     """Return the events of a program in rs274.
 
     The result is None if rs274 is not installed, or if the program needs input levels that rs274 cannot
-    provide: different levels, or changes.
+    provide: inputs with different levels, or levels that change.
 
     Raises:
         RefusedLine: rs274 does not accept the program.

@@ -223,7 +223,7 @@ class _SketchMachine(SketchTokens):
             self.statement()
 
     def _waits(self) -> bool:
-        """If a loop begins with while (digitalRead(pin) != level), wait for this level; return whether it does."""
+        """Return whether a loop begins with while (digitalRead(pin) != level); if so, first wait for this level."""
         words = [token.text for token in self.tokens[self.at : self.at + 8]]
         if words[:3] != ["(", "digitalRead", "("] or words[4:6] != [")", "!="]:
             return False

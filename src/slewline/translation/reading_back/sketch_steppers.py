@@ -21,7 +21,7 @@ class SketchPin(int):
 
 
 class SketchStepper:
-    """A stepper object of either supported library, of which only the motion is modelled."""
+    """A stepper object of either supported library; only its motion is modelled."""
 
     def __init__(self, axis: int, around: Surroundings) -> None:
         self.axis, self.around = axis, around

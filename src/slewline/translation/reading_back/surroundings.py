@@ -63,7 +63,7 @@ class Surroundings:
         return self.levels.get(number, 1)
 
     def wait(self, number: int, level: int) -> None:
-        """Wait until an input has a level, while listed inputs change; without a list, end the wait immediately.
+        """Wait until an input is at `level`, while listed inputs change; if none is listed, end immediately.
 
         Raises:
             Enough: the input never has this level.
@@ -84,7 +84,7 @@ class Surroundings:
         self.happened.append(Happened("input", number, self.levels[number]))
 
     def run(self, axis: int, sign: int) -> None:
-        """Record a motion in direction `sign` whose end is not set by the program, but by an input."""
+        """Record a motion in direction `sign`; an input, rather than the program, determines its end."""
         self.happened.append(Happened("run", axis, sign))
 
     def move(self, axis: int, steps: int, rate: float | None = None) -> None:

@@ -1,4 +1,4 @@
-"""TMCL: an assembler for its mnemonics, and a processor for its commands, both after the firmware manual."""
+"""TMCL: an assembler for its mnemonics, and a processor for its commands, according to the firmware manual."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ def _linked(command: _Command, labels: dict[str, int]) -> _Command:
 
 
 def binary(text: str, address: int = 1) -> bytes:
-    """Return a program in the form in which a host sends it to the module with an address.
+    """Return a program in the form in which a host sends it to the module with address `address`.
 
     Each command has nine bytes, including a checksum.
     """

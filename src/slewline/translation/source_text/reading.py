@@ -1,4 +1,4 @@
-"""Reads a text in the dialect of a part into its effect (meaning.py), by the roles of the part's commands.
+"""Converts a text in the dialect of a part to its effect (meaning.py), by the roles of the part's commands.
 
 Labels keep their source names; a branch target without a name is named after its line.
 """

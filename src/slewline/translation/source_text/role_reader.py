@@ -72,7 +72,7 @@ class RoleReader:
 
     # ---------------------------------------------------------------------------------------------------- statements
     def statement(self, statement: Statement) -> list[Action]:
-        """Return the actions of a statement, after the label at its address if there is one."""
+        """Return the actions of a statement, preceded by the label at its address if there is one."""
         row, block = statement.row, statement.block
         at = self.labels.get((block, statement.address)) if block >= 0 else None
         before = self.registers.before(statement)
@@ -119,7 +119,7 @@ class RoleReader:
         return {**common, "profile": self.profile(before, axis), "begins": before.get((axis, "position"))}
 
     def on_move(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
-        """Yield a motion by the command's own number of steps or, if it has none, by the settings before it.
+        """Yield a motion by the command's own number of steps or, if it has none, as defined by earlier settings.
 
         The settings make it a relative move, an endless run, or a move to a target.
         """
@@ -236,7 +236,7 @@ class RoleReader:
             yield WaitInput(input=one, **common)  # type: ignore[arg-type]
 
     def on_delay(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
-        """Yield a delay of the command's number, in the delay unit of the data sheet."""
+        """Yield a delay whose length is the command's number, in the delay unit of the data sheet."""
         yield Delay(time_ps=statement.values[0] * delay_unit_ps(self.sheet, self.hz), **common)  # type: ignore[arg-type]
 
     # ------------------------------------------------------------------------------------------------------------ flow

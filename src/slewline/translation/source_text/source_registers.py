@@ -126,7 +126,7 @@ class KnownRegisterValues:
         return nowhere(state.items()) if self.interrupted and row.motion else frozenset(state.items())
 
     def _moved(self, row: Row, value: int, axis: int, state: dict[Key, int]) -> None:
-        """Apply a command's effect on the position, and on settings that hold for one motion only, to `state`."""
+        """Update `state` by a command's effect on the position, and on settings that hold for one motion only."""
         here, place = state.get((axis, "position")), (axis, "position")
         if waits_for_update(row):
             state[axis, "stop"] = STOPS.index(row.at_once)
@@ -177,7 +177,7 @@ def nowhere(state: Iterable[tuple[Key, int]]) -> State:
 def overflows(state: Mapping[Key, int], axis: int) -> bool:
     """Return whether a motion to the target of an axis makes the position register overflow.
 
-    It does if the target lies opposite to the set direction.
+    It does if the target would be reached only by a motion opposite to the set direction.
     """
     here, sign = state.get((axis, "position")), state.get((axis, "sign"))
     return here is not None and sign is not None and (state[axis, "target"] - here) * sign < 0

@@ -189,7 +189,7 @@ class SketchWriter(Structured):
         return distance if action.sign > 0 else f"-{distance}"
 
     def search(self, action: RunEndless | Home, sign: int) -> None:
-        """Write a run in direction `sign` that an input ends."""
+        """Write a motion, in direction `sign`, that is ended by an input."""
         line = action.line
         if action.profile is not None:
             self._prepare(action.axis, action.profile, line)

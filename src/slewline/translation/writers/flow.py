@@ -1,7 +1,10 @@
 """The flow of a program as a tree, for languages that have loops and branches but no jumps.
 
-    A:  move       Repeat 3 times          an endless loop is `Forever`, a loop continued by an input is `AsLongAs`;
-        L 3,A  ->      move                a jump forward on inputs is a `Fork` around the skipped actions
+    A:  move       Repeat 3 times
+        L 3,A  ->      move
+
+An endless loop is `Forever`; a loop that an input keeps repeating is `AsLongAs`.  A forward jump that
+depends on inputs is a `Fork` around the skipped actions.
 
 Jumps that do not nest become `Stages`: numbered pieces of the program, each of which selects the next.
 A writer converts the pieces to a loop that contains one branch per piece.
@@ -62,8 +65,9 @@ class Fork:
 class Stage:
     """A piece of a program: its actions, and the number of the piece that follows, or -1 at the program's end.
 
-    The piece `to` follows; with `inputs`, only if all inputs have their given levels; with `passes`, only
-    until this piece has been run `passes` times.  Otherwise, the piece `below` follows.
+    The piece `to` follows.  If there are `inputs`, it follows only if all inputs have their given levels; if
+    `passes` is not 0, only until this piece has been run `passes` times.  When `to` does not follow, the
+    piece `below` does.
     """
 
     number: int
@@ -107,7 +111,10 @@ def structured(actions: Sequence[Action]) -> tuple[Node, ...]:
 
 
 def _nested(items: list[Action], wanted: Counter[str]) -> tuple[Node, ...]:
-    """Return the tree for a part of a program; subtract the jumps it replaces from `wanted` (jumps by label)."""
+    """Return the tree for a part of a program, and update `wanted`.
+
+    `wanted` holds the number of jumps to each label; the jumps that the tree replaces are subtracted.
+    """
     out: list[Node] = []
     place = 0
     while place < len(items):

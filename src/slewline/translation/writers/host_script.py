@@ -216,7 +216,7 @@ class ScriptWriter(Structured):
         return ""
 
     def as_long_as(self, node: AsLongAs) -> None:
-        """Write an endless loop, left by a break at its end unless all inputs have their given levels."""
+        """Write an endless loop; at its end, a break leaves it unless all inputs have their given levels."""
         self.sheet.add("while True:", node.head)
         self.inside(node.body, "", node.line)
         self.sheet.depth += 1

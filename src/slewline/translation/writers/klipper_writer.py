@@ -189,7 +189,7 @@ class KlipperWriter(LanguageWriter):
 
     # -------------------------------------------------------------------------------------------------------- actions
     def _write(self, node: Node) -> None:
-        """Write a node of a program tree that contains neither a wait nor a decision."""
+        """Write a node of a program tree; the node contains neither a wait nor a decision."""
         if isinstance(node, Repeat):
             self.sheet.add(f"{{% for _ in range({node.passes}) %}}", node.head)
             self.sheet.depth += 1

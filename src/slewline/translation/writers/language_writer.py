@@ -45,7 +45,8 @@ class LanguageWriter(ABC):
         called: the report text for a line that runs a program.
         moves: the report text for a setting that appears only as a part of the moves.
         keeps: the report text for a command that saves a program.
-        most_axes, more_axes: the maximum number of axes; that limit and a remedy, as texts for the report.
+        most_axes: the maximum number of axes.
+        more_axes: the report texts for an axis beyond that maximum: the limit, and a remedy.
         stem: the name of the first stored program; the others have their number appended to it.
     """
 
@@ -97,11 +98,11 @@ class LanguageWriter(ABC):
         return with_comments(lines_of(self.program, block), self.sheet.lines, self.target.comment)
 
     def inner(self, block: int) -> list[Action]:
-        """Return the actions of a stored program, without the commands that begin and end the entry of the program."""
+        """Return the actions of a stored program, without the commands that begin and end program entry."""
         return [each for each in self.program.block(block) if not isinstance(each, EnterProgram | LeaveProgram)]
 
     def first_axis(self, letters: str) -> int:
-        """Return the index, among the letters of the language, of the axis that the user has selected.
+        """Return the index of the axis that the user has selected, among the axis letters of the language.
 
         Raises:
             UsageError: the axis is not one of these letters.

@@ -77,7 +77,10 @@ class Draft:
 
 
 def with_comments(lines: Iterable[Line], out: Sequence[OutLine], comment: Callable[[str], str]) -> list[OutLine]:
-    """Return the lines of a result with the source's comments, each at its code or else before the next code."""
+    """Return the lines of a result, with the source's comments added.
+
+    A comment is put on a line that was written for its source line, or else before the code that follows.
+    """
     found = list(out)
     for line in lines:
         if not line.comment:
@@ -147,7 +150,7 @@ def seconds(ps: float) -> str:
 
 
 def digits_for(steps_per_mm: float) -> int:
-    """Return the number of decimals that resolve an eighth of a step in millimetres; 0 if a step is 1 mm."""
+    """Return the number of decimals that resolve an eighth of a step in mm; as an exception, 0 for 1 mm steps."""
     return max(0, math.ceil(math.log10(steps_per_mm * 8))) if steps_per_mm != 1 else 0
 
 
@@ -198,7 +201,7 @@ class RegisterCache:
                 pass
 
     def _changed(self, action: SetProfile) -> Profile | None:
-        """Return the known profile, changed by a setting that has no profile of its own; None if it is not known."""
+        """Return the known profile, updated by a setting whose own `profile` is None; None if unknown."""
         old = self.profile
         if old is None or action.value is None:
             return None
@@ -222,7 +225,7 @@ class RegisterCache:
 
 
 def unspoken(sheet: Draft, action: Action, keeps: str, language: str) -> bool:
-    """Record the verdict on an action for which no target has a command, and return whether it is of this kind.
+    """Record the verdict on an action if no target has a command for its kind; return whether that is so.
 
     Such actions are host directives, queries and saving.  `keeps` is the report text for saving a program,
     `language` the name of the target's language, whose limits the report states.

@@ -2,8 +2,8 @@
 
 TMCL has labels, jumps and subroutines, as the source languages do, so the program flow is unchanged.
 Rates and accelerations are in pulses/s and pulses/s^2, at the resolution set by parameter 140;
-parameters 19 and 20 (start and stop rate) are the start rate.  The parameter numbers, their ranges and
-the commands follow the TMCM-1290 TMCL firmware manual, V1.01.
+parameters 19 and 20 (TMCL's start and stop rate) are both set to the start rate of the profile.  The
+parameter numbers, their ranges and the commands follow the TMCM-1290 TMCL firmware manual, V1.01.
 """
 
 from __future__ import annotations
