@@ -571,7 +571,7 @@ NOT_OPENED = [
     ("slewline://gs-c200s?store=/nowhere/x", {}, "store /nowhere/x: expected a file in a directory that exists"),
     ("slewline://gs-c200s?store=/", {}, "store /: expected a file in a directory that exists"),
     ("slewline://gs-c200s?store=", {}, "store : expected a file in a directory that exists"),
-    ("slewline://gs-c200s", {"xonxoff": True}, "xonxoff=True; a checksum may be XON or XOFF"),
+    ("slewline://gs-c200s", {"xonxoff": True}, "xonxoff=True; a checksum byte may equal XON or XOFF"),
     ("slewline://gs-c200s", {"parity": "M"}, "parity 'M'; allowed N, O, E"),
     ("slewline://gs-c200s", {"baudrate": 0}, "baud 0; expected a rate such as 9600"),
 ]
@@ -641,7 +641,7 @@ def test_a_port_has_the_methods_of_every_system_and_is_closed_alike(opened, subt
         with subtests.test(name):
             port = opened("slewline://gs-c200s?chs=0")
             if name.endswith("flow_control"):
-                with pytest.raises(UsageError, match="xonxoff=True; a checksum may be XON or XOFF"):
+                with pytest.raises(UsageError, match="xonxoff=True; a checksum byte may equal XON or XOFF"):
                     call(port, name)
             else:
                 call(port, name)

@@ -26,7 +26,7 @@ def word_of(where: str, baud: int, bits: int, parity: str, stop: float, xonxoff:
     """
     if xonxoff:
         raise UsageError(
-            f"{where}: xonxoff=True; a checksum may be XON or XOFF (that of the line 'R1' is one); allowed False"
+            f"{where}: xonxoff=True; a checksum byte may equal XON or XOFF (as in the line 'R1'); allowed False"
         )
     if parity not in PARITIES:
         raise UsageError(f"{where}: parity {parity!r}; allowed {', '.join(PARITIES)}")

@@ -52,7 +52,7 @@ def test_commands_a_full_step_and_an_electrical_turn(steps: str, micro: int, cyc
 
 @rows("steps", ["", "quarter", "micro", "micro 0", "micro 08", "micro 10000", "Full", "full "])
 def test_other_steps_are_refused(steps: str) -> None:
-    with pytest.raises(UsageError, match=r"allowed 'full', 'wave', 'half', and 'micro' with a number"):
+    with pytest.raises(UsageError, match=r"allowed 'full', 'wave', 'half', or 'micro' and a number"):
         MotorLaw(A, HELD, steps=steps)
 
 

@@ -85,7 +85,7 @@ class ShaftMotion:
         return k if self.room is None or k <= self.room else None
 
     def time(self, k: int) -> When:
-        """Return the instant of edge k of this motion (ps), NotYet, or None if the edge is not foreseen."""
+        """Return the instant (ps) of edge k of this motion; NotYet if unknown; None if the motion has no such edge."""
         return self.drive.time(self.first + k)
 
     def lost(self, ps: int) -> int:

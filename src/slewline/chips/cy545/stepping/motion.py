@@ -34,7 +34,7 @@ from .pulse_outputs import StepOutputs
 
 
 class Stepping(motion.Motion):
-    """The common behaviour of motions and HOME: limits, and a direction that other outputs on CCW may force."""
+    """The common behaviour of motions and HOME: limits, and the direction, which an output on pin CCW may override."""
 
     registers: Registers
     outputs: StepOutputs
