@@ -87,7 +87,7 @@ def test_all_edges_are_compared_also_where_they_are_a_band(model, measured):
     inside = pairs[pairs[:, 1] < model.now_ps]
     most = (inside[:, 1] - inside[:, 0]).max() / US
     picture = model.figure(pins=["x.pulse"], over=over, start=0, stop=model.now_ps)
-    assert f"Dashed: measured: pulse up to {most:.3g} µs late" in [text.get_text() for text in picture.texts]
+    assert f"Measured (dashed): pulse up to {most:.3g} µs late" in [text.get_text() for text in picture.texts]
 
 
 def test_a_measured_pin_is_drawn_as_far_as_its_file_goes(model, measured):

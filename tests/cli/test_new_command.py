@@ -44,7 +44,9 @@ def test_every_file_is_named_and_no_word_of_the_template_is_left(call, kind):
     files = sorted(path for path in place.rglob("*") if path.is_file())
     listed = [Path(line.split("  ")[0]) for line in ran.out.split("\n\n")[0].splitlines()]
     assert sorted(listed) == files and len(files) >= 10
-    assert ran.out.endswith(f"\nIts tests pass unchanged: pytest {place}\n{place}/README.md has the next steps.\n")
+    assert ran.out.endswith(
+        f"\nThe generated package passes its tests: pytest {place}\n{place}/README.md has the next steps.\n"
+    )
     for path in files:
         text = path.read_text("utf-8")
         assert not re.search(r"new[-_]?(name|kind)", f"{path}\n{text}", re.IGNORECASE), path

@@ -163,7 +163,7 @@ def test_the_ramp_is_reported():
     (problem,) = problems(SET + "N 8218\nG")
     left = "its two ramps take 8078 of its 8218 steps; the remaining 140 are output at F 3, which takes 467 ms"
     assert problem.found == f"the move does not slew: {left}"
-    assert (problem.allowed, problem.severity) == ("moves of 8078 steps, or of at least 8334", "warning")
+    assert (problem.remedy, problem.severity) == ("use a move of 8078 steps, or of at least 8334", "warning")
 
 
 @pytest.mark.parametrize(("number", "severity"), [(8107, "note"), (8108, "warning")])

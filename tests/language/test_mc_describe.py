@@ -56,7 +56,7 @@ def test_a_command_in_full():
         "- line: `SET_RATIO <ratio>`\n"
         "- packet: `14 ratio.high ratio.low`\n"
         "- acts on: the current axis\n"
-        "- time at 25 MHz: 82 µs after the command and after each word\n"
+        "- busy at 25 MHz: for 82 µs after the command and after each word\n"
         "- manual: command reference\n"
         "- `ratio`: -1073741824..1073741823 (2^-16 steps/count)\n"
         "- takes effect at the next update\n"

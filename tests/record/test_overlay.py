@@ -91,12 +91,12 @@ def test_a_shift_moves_all_of_a_trace():
 )
 def test_the_greatest_difference_is_reported(measured, says):
     model = trace(20 * US, 40 * US, 60 * US)
-    assert differences([("a", model, measured), ("b", model, None)], 0, MS) == [f"Dashed: measured: a {says}"]
+    assert differences([("a", model, measured), ("b", model, None)], 0, MS) == [f"Measured (dashed): a {says}"]
 
 
 def test_pins_without_edges_and_pins_without_overlay():
     said = differences([("a", trace(), trace(level=0)), ("b", trace(), trace())], 0, MS)
-    assert said == ["Dashed: measured: a differs; b agrees"]
+    assert said == ["Measured (dashed): a differs; b agrees"]
     assert differences([("a", trace(5), None)], 0, MS) == []
 
 
@@ -129,7 +129,7 @@ def test_a_lane_shows_both_and_where_they_differ():
     assert set(model.get_ydata()) == set(measured.get_ydata())
     assert (measured.get_color(), measured.get_linestyle()) == (LIGHT.measured, "--")
     assert across(drawn(axes, "where slew differs")) == [(20, 22)]
-    assert "Dashed: measured: slew up to 2 µs late" in [text.get_text() for text in picture.texts]
+    assert "Measured (dashed): slew up to 2 µs late" in [text.get_text() for text in picture.texts]
     assert "slew up to 2 µs late." in description_of(picture)
 
 
@@ -170,8 +170,8 @@ def test_a_timing_diagram_shows_both_and_where_they_differ():
     assert measured[-1] == pytest.approx(end)
     assert (measured[1] + measured[2]) / 2 == pytest.approx(place(30))
     assert across(drawn(axes, "where x.a differs")) == [pytest.approx((place(20), place(30)))]
-    assert "Dashed: measured: A up to 10 ps late" in [text.get_text() for text in axes.texts]
-    assert shown.description.endswith("Dashed: measured: A up to 10 ps late.")
+    assert "Measured (dashed): A up to 10 ps late" in [text.get_text() for text in axes.texts]
+    assert shown.description.endswith("Measured (dashed): A up to 10 ps late.")
 
 
 def test_notes_make_a_timing_diagram_higher_and_move_no_lane():

@@ -51,7 +51,7 @@ def test_printed_and_written_output(call: Any, tmp_path: Path) -> None:
     first, *others = tables["host"][0]["script"]
     assert lines["commands"] == first and "\n".join(f"              {each}" for each in others) in out
     picture = (tmp_path / "found.svg").read_text("utf-8")
-    assert "The curve does not decide" in picture and "Map of R and F: " in picture
+    assert "Every move was simulated" in picture and "Map of R and F: " in picture
     assert len((tmp_path / "log.jsonl").read_text("utf-8").splitlines()) == 1 + found.runs
     again = call("cy525", *QUICK, "--store", "log.jsonl", "--map", "--jobs", "1")[1]
     assert f"runs          {found.runs} of {found.exhaustive}, 0 of them now" in again and "lost: " in again

@@ -66,6 +66,6 @@ def test_content_of_the_picture(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "Lag of F" in picture.description and picture.lag.limit == 1.8
     drawn = draw(picture)
     captions = [axes._left_title for axes in drawn.axes]
-    assert captions[1].get_text().startswith("The curve does not decide")
+    assert captions[1].get_text().startswith("Every move was simulated")
     legends = [text for axes in drawn.axes if axes.get_legend() for text in axes.get_legend().get_texts()]
     assert {each.get_fontsize() for each in [*captions, *legends]} == {8}

@@ -275,7 +275,7 @@ class Bench:
             pins: recorded pins, or traces of a file; by default all recorded pins, [] for none.
             start, stop: the window; by default the motion, with a margin of one twentieth of its length at either end.
             axes: the axes to draw: numbers counted from 1, names of chips, or names such as "x axis 2"; by
-                default all.
+                default all that move, or the first if none moves.
             parts: the parts whose quantities are drawn, by name, or single quantities such as "driver.current"; by
                 default all changing quantities of parts connected to the chips; [] for none.
             runs: further benches, keyed by their names in the legend; each is drawn over this one, shifted so

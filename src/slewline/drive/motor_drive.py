@@ -96,7 +96,8 @@ class Drive:
     Attributes:
         board: the model of the board, according to its IDENT.
         port: the open port of the board, which may have another file number after `clear`.
-        power: the driver current: `power.on`, and `power.known`, whether the position is known.
+        power: the driver current: `power.on` is true while the driver is enabled, `power.known` while the
+            position is known.
         troubles: texts of all troubles since the start.
         on_event: hook, called with each event that the board reports.
         on_wake: hook, called when an external input arrives while the drive is idle: a turn is due now.
@@ -275,7 +276,7 @@ class Drive:
             past: the past of the bench; if the hosts of a server are to change benches too, the server's past.
 
         Raises:
-            UsageError: the bench writes no journal, which going back needs.
+            UsageError: the bench writes no journal; going back in time needs one.
         """
         stopping = self._watch.stopping
         of = self._state, self._path, self._findings, stopping, self._motor
@@ -314,7 +315,7 @@ class Drive:
         return self._live.due()
 
     def gate(self, call: Callable[[], object], ps: int) -> None:
-        """Make a call for an instant of the model (ps): one horizon after it if output is pending, else now."""
+        """Make a call that belongs to an instant of the model (ps): a horizon later if output is pending, else now."""
         self._path.gate(call, ps)
 
     def run(self, duration: Time) -> None:

@@ -51,8 +51,8 @@ class TimingDiagrams:
             between: the times to measure and draw as arrows: pairs of edges, such as
                 ("io_request falls", "ready falls 2"), or the symbol of a time in the data sheet, "t14".  The
                 time of a pair ends at the next edge of the second kind after the first edge, or with a number n,
-                as in "falls 2", at the n-th such edge.  A time from the data sheet is checked against its limits
-                there.
+                as in "falls 2", at the n-th such edge.  A time from the data sheet is also checked against
+                its data sheet limits.
             causes: pairs of edges, cause and effect, drawn as curved arrows.
             title: the title; by default the names of the chips and their part numbers.
             over: measured traces of pins, such as {"x.slew": measured.trace("slew", shift="-3 ms")}: each is drawn over

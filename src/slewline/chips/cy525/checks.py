@@ -206,8 +206,8 @@ def normal(
         severity: Severity = "note" if seconds < SHORT_CRAWL else "warning"
         crawl = f"the remaining {rest} are output at F {first}, which takes {seconds * 1000:.0f} ms"
         found = f"the move does not slew: its two ramps take {2 * full} of its {distance} steps; {crawl}"
-        allowed = f"moves of {2 * full} steps, or of at least {2 * full + SHORT_SLEW_STEPS}"
-        source.report(motion.statement, "short-slew", severity, found, allowed=allowed, section="s.8, short slew")
+        remedy = f"use a move of {2 * full} steps, or of at least {2 * full + SHORT_SLEW_STEPS}"
+        source.report(motion.statement, "short-slew", severity, found, section="s.8, short slew", remedy=remedy)
 
 
 def unreached(source: Source, short: list[Unreached]) -> None:
@@ -292,10 +292,9 @@ def rates(source: Source) -> None:
             continue
         value = min(statement.values[0], RATE_TOP)
         if value < FIRST_STATED:
-            found = f"{statement.text} is a little less than 300 steps/s; the manual does not state it exactly"
-            source.report(
-                statement, "rate-uncertain", "note", found, allowed=f"{FIRST_STATED}..{RATE_TOP}", section="T.VII"
-            )
+            exact = f"the manual states exact rates only for {FIRST_STATED}..{RATE_TOP}"
+            found = f"{statement.text} is a little less than 300 steps/s; {exact}"
+            source.report(statement, "rate-uncertain", "note", found, section="T.VII")
         if name == "FIRSTRATE" and STEPS_PER_SECOND[value] > BRISK:
             found = f"every move starts and stops at {STEPS_PER_SECOND[value]} steps/s without a ramp"
             source.report(statement, "brisk-start", "note", found, section="s.8")

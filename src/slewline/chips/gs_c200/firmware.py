@@ -304,7 +304,7 @@ class GsC(InLines, Chip):
 
     @from_outside
     def fail_eeprom(self, on: bool = True) -> None:
-        """Make programming the EEPROM fail with the answer E6 (True), or succeed again (False).
+        """Set whether programming the EEPROM fails, with the answer E6 (True), or succeeds (False).
 
         This is an external input, which a journal records.
 

@@ -47,7 +47,7 @@ def new(kind: Kind, name: str, output: str) -> int:
     width = max(len(str(place / path)) for path in texts)
     for path in texts:
         click.echo(f"{place / path!s:<{width}}  {title(place / path)}".rstrip())
-    click.echo(f"\nIts tests pass unchanged: pytest {place}\n{place / 'README.md'} has the next steps.")
+    click.echo(f"\nThe generated package passes its tests: pytest {place}\n{place / 'README.md'} has the next steps.")
     return 0
 
 

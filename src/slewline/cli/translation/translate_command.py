@@ -173,7 +173,7 @@ def proved(proof: Proof) -> str:
     if proof.compared is None:
         return "not run: this target cannot be run here"
     lint = f"; the linter reports: {proof.lint[0]}" if proof.lint else ""
-    return f"{proof.compared.text} (run by {proof.by}){lint}"
+    return f"{proof.compared.text}; the translated program was run by {proof.by}{lint}"
 
 
 # ---------------------------------------------------------------------------------------------------------------- data

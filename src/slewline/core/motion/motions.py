@@ -36,11 +36,11 @@ class MotionEnd:
         time_ps: the instant at which the motion ended, ps.
         position: the position register at that instant.
         steps: the net steps of this motion, negative counter-clockwise.
-        why: the reason: "done": the motion was completed; "stopped": it was ended early by a command or an
-            input (ABORT, Z, STOP, another profile mode ...); "limit": a limit switch or the end of the
-            position counter ended it; "changed": another motion replaced it before the motor came to rest;
-            "cut": it was cut off immediately, even within a step (K, reset, or motor or supply switched
-            off).
+        why: the reason for the end.  "done": the motion was completed; "stopped": it was ended early by a
+            command or an input (ABORT, Z, STOP, another profile mode ...); "limit": a limit switch or the
+            end of the position counter ended it; "changed": another motion replaced it before the motor
+            came to rest; "cut": it was cut off immediately, even within a step (by K, by a reset, or because
+            the motor or the supply was switched off).
     """
 
     time_ps: int

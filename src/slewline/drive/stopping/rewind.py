@@ -58,7 +58,7 @@ class Rewind:
         past: the past of the present bench, which this piece keeps up to date.
 
     Raises:
-        UsageError: the bench writes no journal, which going back needs.
+        UsageError: the bench writes no journal; going back in time needs one.
     """
 
     def __init__(

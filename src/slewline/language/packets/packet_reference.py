@@ -21,7 +21,7 @@ def packet_in_full(sheet: Sheet, row: PacketRow) -> str:
         f"- line: `{packet_grammar.usage(row)}`",
         f"- packet: `{packet(row)}`",
         f"- acts on: {_acted_on(row)}",
-        f"- time at {mhz(sheet.crystal_hz)} MHz: {row.time_us} µs after the command and after each word",
+        f"- busy at {mhz(sheet.crystal_hz)} MHz: for {row.time_us} µs after the command and after each word",
         f"- manual: {row.where}",
     ]
     text += [f"- `{arg.name}`: {packet_grammar.range_of(arg)}" for arg in (*row.args, *row.reads)]

@@ -43,7 +43,7 @@ class Follower:
         part: the part, with its pins.
         inputs: the names of the input pins.
         schedule: a function that promises the outputs from this instant on, given the current inputs.
-        react: a function that drives the outputs to levels when an input has changed, if the part is in a circle.
+        react: a function that drives the outputs to levels when an input has changed, if the part is in a loop.
         cut: a function that processes the inputs up to an instant (ps); the time before it cannot be queried later.
         delay_ps: the delay from the inputs to the outputs, ps.
 

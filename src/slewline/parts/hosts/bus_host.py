@@ -174,7 +174,7 @@ class BusHost(Host):
 
     @answering("host.verify()", "; groups are 0 to 3")
     def verify(self, group: int, number: int | None = None, timeout: Time = "5 s", live: bool | None = False) -> bytes:
-        """Return the bytes of a verify group as sent by the chip; group 0: five digits, two bytes in binary mode.
+        """Return a verify group's bytes as sent by the chip; group 0: five digits, or two bytes in binary mode.
 
         Args:
             group: 0 position, 1 program, 2 status, 3 parameters (manual, Table VI).  Group 1 has 48 bytes, as in

@@ -271,8 +271,8 @@ class Drawing:
             [a, a, a, a + long, a + long, a + long], [y + d for d in (-0.03, 0.03, 0, 0, 0.03, -0.03)], colours.soft
         )
         room = int((scale.right + RIGHT - a - long - 0.1) / (LETTER * SMALL))
-        short = f"{duration(piece)}; cut short at a zigzag"
-        whole = f"{duration(piece)}; begins at {duration(diagram.start)}; at a zigzag time is cut short"
+        short = f"{duration(piece)}; zigzag: time omitted"
+        whole = f"{duration(piece)}; begins at {duration(diagram.start)}; a zigzag marks omitted time"
         note = next((text for text in (whole, short) if len(text) < room), duration(piece))
         self._text(a + long + 0.08, y, note, color=colours.soft, ha="left")
 

@@ -22,11 +22,11 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 HOLDS, FAILS, FAILS_NOMINALLY, REFUSED = range(4)
-OUTCOMES = ("holds", "fails when perturbed", "fails as it is", "refused by the chip")
+OUTCOMES = ("holds", "fails when perturbed", "fails unperturbed", "refused by the chip")
 PANEL = 2.7  # inches
 ROW = 0.19  # inches, of a line in the legend
 MOST_CELLS = 500  # with room for a number
-CAPTION = "The curve does not decide: every move was simulated, and some far below it lose steps."
+CAPTION = "Every move was simulated; some lose steps although they are far below the curve."
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +93,7 @@ class TuningPicture:
         found = []
         if self.grid is not None:
             states = [state for row in self.grid.states for state in row]
-            counts = ", ".join(f"{states.count(n)} {OUTCOMES[n]}" for n in range(len(OUTCOMES)) if n in states)
+            counts = ", ".join(f'{states.count(n)} "{OUTCOMES[n]}"' for n in range(len(OUTCOMES)) if n in states)
             found.append(f"Map of {' and '.join(filter(None, self.grid.names))}: {counts}.")
         names = " and ".join(each.name for each in self.curve.demands)
         found.append(
@@ -189,4 +189,4 @@ def _lag(axes: Axes, lag: LagCurve, colours: Palette) -> None:
     for limit in (lag.limit, -lag.limit):
         axes.axhline(limit, color=colours.dashed, linewidth=0.9, linestyle="dashed")
     axes.set(xlabel=axis.label, ylabel="Lag, full steps")
-    axes.set_title(f"{lag.name}; dashed: {lag.limit:g} steps", loc="left", fontsize=8, color=colours.soft)
+    axes.set_title(f"{lag.name}; dashed: limit of {lag.limit:g} steps", loc="left", fontsize=8, color=colours.soft)

@@ -112,7 +112,7 @@ class Waveforms:
     # ----------------------------------------------------------------------------------------------------- sampling
     @cached_property
     def sampling(self) -> Sampling:
-        """The sampling of the file: from a comment, else from the grid of its instants, else its time unit."""
+        """The sampling of the file: stated in a comment, else the grid on which all times lie, else the time unit."""
         return sampling_of(self._instants, self._unit, self._rate, self._exact)
 
     def _instants(self) -> NDArray[np.int64]:

@@ -99,13 +99,13 @@ class OwnWriter:
             assumed.append(("crystal of the target", f"{self.hz / 1e6:g} MHz"))
         assumed += self._counted()
         if pin := self.actions.directives.end_pin:
-            assumed.append(("end of a program", f"{pin} is high, which nothing else uses"))
+            assumed.append(("end of a program", f"{pin} goes high; nothing else uses {pin}"))
         free = [
             n for n in (1, 2, 3) if n not in self.actions.conditions.used and self.sheet.role(f"input{n}") is not None
         ]
         if "branch_inputs" in self.actions.rows and free and self.actions.conditions.used:
             names = ", ".join(self.sheet.in_role(f"input{n}").name for n in free)
-            assumed.append(("inputs that the program does not test", f"{names} open, which is high"))
+            assumed.append(("inputs that the program does not test", f"{names} open (reads as high)"))
         return Written(tuple(lines), tuple(verdicts), tuple(self._wiring()), tuple(assumed))
 
     def _refused(self, pieces: list[ResultPiece]) -> list[LineVerdict]:

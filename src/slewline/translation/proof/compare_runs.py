@@ -84,10 +84,11 @@ class Compared:
         """The result of the comparison in one line: if proven, the compared events; else the first difference."""
         counts = ((self.moves, "move"), (self.outputs, "output change"), (self.inputs, "input change"))
         what = ", ".join(counted(number, name) for number, name in counts if number)
-        times = f"times differ by at most {100 * self.time_off:.2g} % (report: {100 * self.stated.time:.2g} %)"
+        allows = f"(the report allows {100 * self.stated.time:.2g} %)"
+        times = f"times differ by at most {100 * self.time_off:.2g} % {allows}"
         rates = "no rate exceeds the rates in the report"
         if self.rate_off is not None:
-            bound = f"(report: {100 * self.stated.rate:.2g} %)"
+            bound = f"(the report allows {100 * self.stated.rate:.2g} %)"
             rates = f"rates of long moves differ by at most {100 * self.rate_off:.2g} % {bound}"
         off = self.pause_off_ps
         pauses = "" if off is None else f"; pauses differ by at most {readable(round(off, -8))}"

@@ -36,7 +36,7 @@ LETTERS = "XYZ"
 FASTEST = 30_000  # steps/s, according to the grbl README
 DWELL_PS = 50 * 10**9  # a dwell is a multiple of 50 ms: DWELL_TIME_STEP, grbl source
 FROM_REST = "grbl starts from standstill, with $120"
-HOST = "use --to python: a host script that sends grbl each command"
+HOST = "use --to python, which writes a host script that sends grbl each command"
 PROBED = f"ends after {grouped(FAR)} steps at the latest; the switch goes to the probe, pin A5"
 OUTPUTS = {1: ("M8", "M9", "flood coolant, pin A3"), 2: ("M3 S1000", "M5", "spindle, pin D11")}
 
@@ -211,7 +211,7 @@ class GrblWriter(LanguageWriter):
             if each * node.passes > self.options.unroll:
                 limit = f"no loops; {each * node.passes:,} lines for {self.options.unroll:,} allowed (--unroll)"
                 description = f"{node.passes:,} passes: one of them is written"
-                self.sheet.impossible(node.line, description, limit, f"a larger --unroll, or {HOST}")
+                self.sheet.impossible(node.line, description, limit, f"use a larger --unroll, or {HOST}")
                 return
         self.sheet.same(node.line, f"{node.passes} passes, written out")
 
@@ -234,7 +234,7 @@ class GrblWriter(LanguageWriter):
     def wait(self, action: WaitInput) -> None:
         """Write M0, with which grbl waits for the operator instead of the input."""
         self._add("M0", action.line)
-        description = f"a wait for input {action.input.number}: M0 waits for the operator"
+        description = f"a wait for input {action.input.number}, so M0 waits for the operator instead"
         self.sheet.impossible(action.line, description, "a grbl program cannot read inputs", HOST)
 
     def _add(self, text: str, source: int, moves: bool = False) -> None:
