@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import slewline
-from slewline.bench.pictures.bench_pictures import differences
 from slewline.bench.pictures.picture_options import DIAGRAM, PICTURE, DiagramOptions, Picture
+from slewline.bench.pictures.track_notes import differences
 from slewline.cli.main import invoke
 from slewline.core.chip import Chip
 from slewline.core.motion.deviation import Deviation

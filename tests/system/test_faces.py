@@ -62,7 +62,7 @@ def test_an_empty_bench_loads_no_chip_no_language_no_host_and_nothing_that_draws
         "slewline.parts.base.part",
     }
     asked = {"bench", "circuit", "hosting", "pictures", "runner", "wiring"}
-    drawn = {"bench_pictures", "named_curves", "picture_options", "signals", "timing", "waveform_files"}
+    drawn = {"bench_pictures", "named_curves", "picture_options", "signals", "timing", "track_notes", "waveform_files"}
     asked |= {f"pictures.{name}" for name in drawn}
     assert within(empty, "bench") == {f"slewline.bench.{name}" for name in asked}
     assert not within(empty, "core") & {

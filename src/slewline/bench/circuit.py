@@ -356,7 +356,7 @@ class Circuit:
         return 0 if self.keep_ps is None else max(self.kernel.seen - self.keep_ps, 0)
 
     def forget(self) -> None:
-        """Drop the past that is older than the length to be kept.
+        """Drop data that is too old to be kept.
 
         A moving axis drops its past itself.  An axis at rest needs this call: turning its encoder, or loading a
         register, still adds to its past.
@@ -375,7 +375,7 @@ class Circuit:
     def catch_up(self) -> None:
         """Let parts that compute only on demand catch up to now; listeners are called with the resulting findings.
 
-        `findings`, pictures, files and the end of a replay call it.
+        It is called by `findings`, before a picture or file is made, and at the end of a replay.
         """
         for part in self.parts.values():
             part.be_caught_up()

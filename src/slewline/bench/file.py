@@ -218,7 +218,7 @@ class BenchFile:
 
     @contextmanager
     def at(self, *place: str | int) -> Iterator[None]:
-        """Make any error in the `with` block state file, line and key; a ProgramError is unchanged."""
+        """Add the file, line and key to any error in the `with` block; leave a ProgramError unchanged."""
         try:
             yield
         except ProgramError:

@@ -48,7 +48,7 @@ class HostRequest(NamedTuple):
         return [connection(chip, self.channel) for chip in self.chips]
 
     def of(self, kind: type[Host]) -> tuple[Host, list[str]] | None:
-        """Return a host of this kind on some of the chips, and the names of these chips; None if there is none."""
+        """Return an existing host of this kind on some of the chips, and the names of these chips; else None."""
         for other in self.circuit.parts.values():
             taken = [chip.name for chip in self.chips if isinstance(other, kind) and chip.name in other.chips]
             if isinstance(other, kind) and taken:

@@ -25,7 +25,7 @@ def is_outside(sheet: Sheet) -> bool:
 def put_memory(
     bench: Bench, chip: Chip, image: str | PathLike[str] | None = None, *, store: Store | None = None
 ) -> Any:
-    """Put the external memory of a chip on the bench, 64K bytes of RAM or, if it has a store, of EEPROM.
+    """Put the external memory of a chip on the bench: 64K bytes of RAM, or of EEPROM if there is a store.
 
     Args:
         image: a file, binary dump or Intel HEX, that is loaded into the memory even if the store has content.

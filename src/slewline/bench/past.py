@@ -23,7 +23,7 @@ Memories.  A shadow keeps the memory of a chip or part in the model, and never t
 `go_on` the new bench takes over that file, which is written only if the content differs: data that the
 undone past stored and the new run stored again in the same way is not written twice; data that the new
 run did not store is removed, and data that only the new run stored is added.  A write that a disk has
-refused is refused again, at the same call of the memory's owner.
+refused is refused again when the owner of the memory makes the same call.
 """
 
 from __future__ import annotations

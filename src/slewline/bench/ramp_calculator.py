@@ -59,8 +59,8 @@ def find_ramps(
     Free parameters are S and Z of the CY525, R of the GS-C modules, and SET_ACC or one of SET_MAX_ACC and
     SET_JERK of the MC1451A family, unless a value is given.  Of two ramps that are equally near, the slower
     one comes first.  Of several ramps with the same time, acceleration or steps (whichever is the goal),
-    only the slowest is returned; if several are equally slow, the one with the lowest Z, then with the
-    lowest S, R, acceleration or jerk.
+    only the slowest is returned; if several are equally slow, the one with the lowest Z and, if these are
+    equal too or there is no Z, the one with the lowest S, R, acceleration or jerk.
 
     Args:
         part, crystal, options, values: as for `ramp`.

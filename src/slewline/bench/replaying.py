@@ -360,7 +360,7 @@ def apply(
 
 
 def apply_input(bench: Bench, name: str, do: str, args: list[Any]) -> None:
-    """Repeat a recorded call of a host's method: a script or, in journals of 0.1.0 and earlier, any other call."""
+    """Repeat a recorded input to a host: a script or, in journals of 0.1.0 and earlier, a call of a method."""
     host: Any = bench[name]
     if not isinstance(host, Host):
         raise UsageError(f"{name} is not a host")

@@ -253,7 +253,7 @@ class Runner:
         self._until(FunctionCondition(met, what), timeout)
 
     def conclude(self) -> None:
-        """Let chips report incomplete commands of hosts, such as a setting without its update, as findings.
+        """Let chips report, as findings, commands left incomplete by hosts, such as a setting without its update.
 
         This method is called by `run_until_idle`, by the test fixtures, by `slewline run`, and by a server when
         its host disconnects.  Nothing is reported while a host still has data to send.
@@ -291,7 +291,10 @@ class Runner:
         raise UsageError(f"{verb}({condition!r}): expected a condition such as x.reaches(40), or a function")
 
     def _instants(self) -> list[Net]:
-        """Return the nets at whose edges a condition function is called: steps, and data exchanged by value."""
+        """Return the nets at whose edges a condition function is called.
+
+        These are the nets that carry steps, and the nets over which data is exchanged by value.
+        """
         steps = [net for chip in self.chips.values() for net in step_nets(chip)]
         pins = [each.pins for each in self.chips.values()] + [each.pins for each in self.parts.values()]
         return steps + [pin.net for each in pins for pin in each.values() if pin.net.ends or pin.net.readers]

@@ -13,7 +13,7 @@ A built-in chip is a folder that contains those of the following files that the 
     sheet.py         pins, commands, registers, times, LIMITS between edges, OPTIONS, dialect, channels, each with its
                      section of the manual; describe, asm, dis and lint read nothing else
     firmware.py      the class: its objects, and their public properties; other behaviour is an object in a file of
-                     its own, and a diagram at its top shows which object knows which
+                     its own, and a diagram at the top of firmware.py shows which object knows which
     instructions.py  a method for each command, found by the name of its row (`do_divisor`); a command that only sets,
                      loads or shows a register has no method: a column of its row defines it
     motion.py        generates the steps of a motion
@@ -21,8 +21,8 @@ A built-in chip is a folder that contains those of the following files that the 
                      before its steps are scheduled (core/motion/plan.py, mc1451a/axis/verified.py)
     twin.py          the same motion step by step, the reference with which tests/laws compares the fast path
     checks.py        lint rules that apply to this chip only
-    ramps.py         its ramp calculator; `slewline tune` searches the `tried` values and `measure` of each
-                     `RampParameter`, and `script` returns the commands that a host sends for a move
+    ramps.py         its ramp calculator; `slewline tune` tries the `tried` values of each `RampParameter`, spaced
+                     by its `measure`, and `script` returns the commands that a host sends for a move
     quirks.py        the model's choices where the manual is silent, each with the test that verifies it
 
 Code that several parts of a family share is in the family's folder (cy5xx); cy5xx/letters.py

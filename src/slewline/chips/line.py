@@ -213,7 +213,7 @@ class LineInterface:
         self.owner.finding("line-end", f"the host ends its lines {ends}: send \\r alone, without \\n")
 
     def take(self, item: Line | bytes) -> None:
-        """Add a complete line, or a late answer, to the work; a line is lost if another line is already waiting."""
+        """Queue a complete line, or a late answer, for processing; a line is lost if another line already waits."""
         if isinstance(item, Line) and len(self.work) > 1:
             self.owner.finding(
                 "line-lost", f"{item.text!r} was lost: one line was being processed and another was waiting"

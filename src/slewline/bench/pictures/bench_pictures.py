@@ -17,6 +17,7 @@ from ...parts.base.part import Part
 from .named_curves import Chosen, chosen, first_step, moments_of, moving_from_to
 from .picture_options import PICTURE, Picture
 from .signals import Signals
+from .track_notes import differences, parameters_of, words_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -33,7 +34,6 @@ AROUND = 20  # 1/20 of the motion is shown before and after it
 MAX_PHASED = 100  # with more motions, their phases would be narrower than their names
 MAX_NOTES = 4  # lines of parameters
 MOST_PINS = 12  # with more recorded pins a notebook shows none: use bench.plot
-MAX_VALUES = 3  # of a parameter that differs between motions
 
 AxisNames = Sequence[int | str] | int | str | None
 
@@ -84,7 +84,7 @@ class Pictures:
         over: Mapping[str, Trace] | None = None,
         parts: Sequence[str] | str | None = None,
     ) -> Readings:
-        """Return the values of all axes, quantities of parts and recorded pins at some instants, and their differences.
+        """Return the values of all axes, part quantities and recorded pins at some instants, and their differences.
 
         `print` shows them as a table; `rows` has the same data.
 
@@ -166,7 +166,8 @@ class Pictures:
     ) -> tuple[int, int]:
         """Return the window (ps, on the picture's scale): that of the motion, unless `start` or `stop` is given.
 
-        A lone `start` after the motion extends it to the run's end, a lone `stop` before the motion to its start.
+        If only `start` is given, and is after the motion, the window ends at the end of the run; if only `stop`
+        is given, and is before the motion, the window begins at the start of the run.
         """
         ends = [bench.kernel.now - begins[name] for name, bench in benches]
         longest = max(ends + [track.until - track.zero for track in measured])
@@ -205,7 +206,7 @@ class Pictures:
     def _loaded(self, axes: AxisNames, before: int) -> int:
         """Return the instant (ps) of the last load of a position register at or before the instant `before` (ps).
 
-        The result is never earlier than the start of the kept past.  Values from before the result are not shown.
+        The result is never earlier than the start of the kept past.  Earlier values are not shown.
         """
         motors = [axis.motor for axis in self._axes(axes)]
         loads = [since for motor in motors for since, _ in motor.offsets if since <= before]
@@ -241,14 +242,17 @@ class Pictures:
         return next((chip, n) for chip, n, one in self.circuit.axes() if one.motor is axis.motor)
 
     def name_of(self, axis: OneAxis) -> str:
-        """Return the legend name of an axis: "x"; for a chip with several axes, "axis 2", or "x axis 2" among chips."""
+        """Return the name of an axis in the legend: "x", the name of its chip, if the chip has only one axis.
+
+        If the chip has several axes, the name is "axis 2", or "x axis 2" if the bench has several chips.
+        """
         chip, number = self._owner(axis)
         if chip.sheet.axes == 1:
             return chip.name
         return f"axis {number}" if len(self.circuit.chips) == 1 else f"{chip.name} axis {number}"
 
     def _tracks(self, options: Picture, run: str, zero: int, start: int, stop: int) -> list[Track]:
-        """Return the tracks of the requested axes (by default all moving axes, or the first), then of the parts."""
+        """Return tracks of the requested axes (by default all that move; if none, the first axis), then of parts."""
         first, last = max(start + zero, 0), min(stop + zero, self.kernel.now)
         chosen = self._axes(options["axes"])
         around = self._parts(options["parts"], chosen)
@@ -301,7 +305,10 @@ class Pictures:
         return [Mark(f.time_ps, "finding", f.code) for f in owner.findings if first <= f.time_ps <= last]
 
     def _measured(self, options: Picture, zero: int) -> Iterator[Track]:
-        """Yield tracks of measured steps in `runs`, shifted to begin at the bench's first step; 0 shows `zero` (ps)."""
+        """Yield the measured steps in `runs` as tracks, shifted so that each begins at the bench's first step.
+
+        `zero` is the instant (ps) of the bench that the picture shows as 0.
+        """
         from ...record.pictures.measured import track
 
         found = {name: run for name, run in (options["runs"] or {}).items() if not hasattr(run, "_pictures")}
@@ -349,11 +356,6 @@ class Pictures:
                 yield f"{name}: {line}" if name else line
 
 
-def words_of(chip: Chip) -> dict[str, str]:
-    """Return the command names of a chip, keyed by command letter: {"R": "rate"}."""
-    return {row.form: row.name.lower().replace("_", " ") for row in chip.sheet.commands}
-
-
 def without_rest(tracks: Sequence[Track], axis: TimeAxis) -> Iterator[Track]:
     """Yield the tracks; omit the positions if none of them changes (all axes are at rest, or homing)."""
     import numpy as np
@@ -366,35 +368,3 @@ def without_rest(tracks: Sequence[Track], axis: TimeAxis) -> Iterator[Track]:
     )
     for track in tracks:
         yield replace(track, quantities=[q for q in track.quantities if not still or q.name != "position"])
-
-
-def differences(tracks: Sequence[Track]) -> Iterator[str]:
-    """Yield a text for each track with ideal curves: the greatest deviation of its motions from these curves."""
-    from ...record.style import few
-
-    for track in tracks:
-        if track.ideals:
-            position = few(max(abs(deviation.position) for _, deviation in track.ideals))
-            velocity = max(abs(deviation.velocity) for _, deviation in track.ideals)
-            whose = f"{track.name}: d" if len(tracks) > 1 else "D"
-            steps = f"{position} step{'s' * (position != '1')}"
-            yield f"{whose}otted: the ideal; position within {steps}, velocity within {few(velocity)} steps/s"
-
-
-def parameters_of(track: Track, words: Mapping[str, str]) -> str:
-    """Return the motion parameters of a track as text: "slope S = 240, number N = 300, 500"."""
-    from ...record.style import grouped
-
-    values: dict[str, list[str]] = {}
-    for notes in {id(motion.notes): motion.notes for motion in track.motions}.values():  # motions may share them
-        for name, value in notes.items():
-            text = grouped(value)
-            if text not in values.setdefault(name, []):
-                values[name].append(text)
-    parts = []
-    for name, texts in values.items():
-        word = words.get(name, name.lower())
-        called = f"{word} {name}" if word != name.lower() else name
-        shown = ", ".join(texts[:MAX_VALUES]) + (" …" if len(texts) > MAX_VALUES else "")
-        parts.append(f"{called} = {shown}")
-    return "; ".join(parts) if any("," in part for part in parts) else ", ".join(parts)

@@ -14,7 +14,7 @@ from ...parts.base.part import Part
 
 
 def axes_of(chip: Chip) -> Iterator[tuple[str, OneAxis]]:
-    """Yield the axes of a chip, each with the prefix of its quantities: "m.axis2", or "x" if it has one axis."""
+    """Yield the axes of a chip, each with the prefix of its quantities: "m.axis2", or "x" for a one-axis chip."""
     for number in range(1, chip.sheet.axes + 1):
         yield chip.name if chip.sheet.axes == 1 else f"{chip.name}.axis{number}", chip.axis(number)
 

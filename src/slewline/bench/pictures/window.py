@@ -27,7 +27,10 @@ STAYS = 1_000_000  # ps: longest time that a word remains on the bus after its s
 
 
 class Window:
-    """The recorded signals from `start` to `stop` (ps); if `reach`, recording may have begun after `start`."""
+    """The recorded signals from `start` to `stop` (ps).
+
+    If `reach` is true, recording may have begun after `start`.
+    """
 
     def __init__(self, signals: Signals, start: int, stop: int, *, reach: bool = False) -> None:
         self.signals, self.start, self.stop, self.reach = signals, start, stop, reach
@@ -45,7 +48,10 @@ class Window:
         return intervals(limit, lambda pin: self.signal(f"{chip.name}.{pin}"))
 
     def check(self, chip: Chip, limit: Limit) -> Checked:
-        """Check all intervals to which a limit applies; if a pin it needs is not recorded, only name that pin."""
+        """Check all intervals to which a limit applies.
+
+        If the limit needs a pin that is not recorded, nothing is checked, and the result only names that pin.
+        """
         bound = Bound.of(limit, chip.crystal_hz)
         for pin in (limit.start.split()[0], limit.end.split()[0], *(pin for pin, _ in (*limit.given, *limit.before))):
             try:

@@ -355,7 +355,7 @@ def _wait_status(bit: str) -> DirectiveKind:
 
 
 def _not_started(chip: Chip, axis: int) -> str:
-    """Return, as text, the finding that explains why an axis rests; "" if none, or if the axis moved after it."""
+    """Return the finding that explains why an axis is at rest, as text; "" if none, or if the axis moved later."""
     found = [each for each in chip.findings if each.code == "no-start" and each.text.startswith(f"axis {axis}:")]
     if not found or chip.axis(axis).motor.count(found[-1].time_ps + 1, chip.kernel.now):
         return ""

@@ -6,8 +6,8 @@
     QX                     Q is sent without a carriage return, as the chip requires; X follows
     @until run=1           a line that begins with @ is a directive to the host
 
-A directive begins when the chip is READY after the command above it, or has been busy with that command
-for 1 ms at 11 MHz (with a motion, a delay or a wait).  For a module on a serial line, the address,
+A directive begins when the chip is READY after the command above it, or has been busy for 1 ms at
+11 MHz with that command (a motion, a delay or a wait).  For a module on a serial line, the address,
 checksum and carriage return are added to each line, and the next line waits for the answer.
 
     Po                     the transcript shows the answer: Po -> Y

@@ -63,7 +63,10 @@ class Motion(sloped.Motion):
         return [self.inhibit.when_active, self.abort.when_active, *[self.xss.when_inactive] * jogs, *[turned] * follows]
 
     def first_sample_after(self, net: Net) -> tuple[int, None]:
-        """Return the tick of the next step's start, when all inputs are sampled, and None (no action in a step)."""
+        """Return the tick at which the next step starts, and None.
+
+        All inputs are sampled at that tick; None means that no action is taken within a step.
+        """
         return self.train.end(self.train.count(self.kernel.now)), None
 
     async def look(self, plan: Plan, step: int) -> Plan:

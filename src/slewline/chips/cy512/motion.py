@@ -77,7 +77,10 @@ class Motion(sloped.Motion):
 
     # -------------------------------------------------------------------------------------------------------- TERMINATE
     def first_sample_after(self, net: Net) -> tuple[int, Within | None]:
-        """Return the tick of a net's next sample, and the action, or None if the sample is at the end of a step."""
+        """Return the tick at which a net is sampled next, and the action to take at that tick.
+
+        If the sample is at the end of a step, None is returned instead of an action.
+        """
         if net is not self.terminate:
             return super().first_sample_after(net)
         now, train = self.kernel.now, self.train

@@ -5,7 +5,7 @@ and its CY512 page and selection guide ("guide").
 
 The comparison lists the features that are new or different in the CY525, which fits the CY512's socket; so everything
 else is taken from the CY525's sheet.  Facts that no source states are *inferred*.  They are marked, and a bench file
-replaces their numbers and readings: options `inferred.*`.
+can replace the numbers and choices in them: options `inferred.*`.
 """
 
 from __future__ import annotations

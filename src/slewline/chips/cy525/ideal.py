@@ -56,7 +56,7 @@ class RegistersAtStart(NamedTuple):
         Args:
             start: the time of the first step, ps.
             position: the position before the first step.
-            slews: the motion reaches the slew rate; otherwise the steps left after the ramps are made at F.
+            slews: the motion reaches the slew rate; otherwise, after the ramps, the remaining steps are made at F.
             endless: the motion slews until an event ends it.
         """
         first = min(self.first, sheet.RATE_TOP)

@@ -1,4 +1,4 @@
-"""The CY545 and CY545B: classes that start and stop the firmware, have properties, and own these objects.
+"""The CY545 and CY545B: classes that start and stop the firmware, show its state, and own these objects.
 
 registers, user_bits      the memory of the chip, and the lines that programs switch and test
 local_bus                 memory, thumbwheel switches and HP display on the data bus

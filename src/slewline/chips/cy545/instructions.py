@@ -162,14 +162,14 @@ class Instructions(instructions.ParameterHandlers):
         self.loop("Z", count, target, 1 << 16)
 
     def loop(self, letter: str, count: int, target: int, whole: int) -> None:
-        """L, Z: branch while passes are left; if the host sent it, report it and start the program if `count` != 1."""
+        """L, Z: branch while passes are left; report a host's L or Z, which starts the program if `count` != 1."""
         if self.program.direct:
             self.branch_as_command(letter, count != 1, target)
         elif self.program.passes_left(letter, count, whole):
             self.program.go_to(target)
 
     def do_til(self, argument: int, target: int) -> None:
-        """T: branch unless the bits match the argument; if the host sent T, report it; a branch starts the program."""
+        """T: branch unless the bits match the argument; report a host's T, whose branch starts the program."""
         away = not self.bits.matches(argument)
         if self.program.direct:
             self.branch_as_command("T", away, target)

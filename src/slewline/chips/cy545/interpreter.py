@@ -94,7 +94,7 @@ class Interpreter:
     def kept(self, data: bytes, at: int) -> int:
         """Return the number of bytes of `data`, from index `at` on, that are merely stored as part of a command.
 
-        Return -1 if bytes must not arrive together, as one value (handshake.py).
+        Return -1 if the bytes must arrive singly, not combined into one value (handshake.py).
         """
         if self.program.entering or self.program.running:
             return -1
@@ -266,7 +266,7 @@ class Interpreter:
     def skip(self) -> None:
         """Skip an FF found where a command should begin; if all the memory is FF, end the program.
 
-        In the empty handshake, an FF is skipped as well.
+        This is by analogy with the empty handshake, whose FF is skipped as well.
         """
         program = self.program
         program.finding_once("erased-memory", f"FF at address {program.at} in place of a command is skipped")

@@ -10,7 +10,7 @@ from . import sheet
 
 @dataclass
 class Registers(registers.Registers):
-    """The registers of a CY545; RESET and the command I set all of them to their power-up values (ch.10)."""
+    """The registers of a CY545; RESET and the I command set all of them to their power-up values (ch.10)."""
 
     clockwise: bool = False  # all pins are high after reset, CCW among them
     directed: bool = False  # a command has set the direction since reset

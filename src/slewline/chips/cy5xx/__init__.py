@@ -1,6 +1,6 @@
 """The code common to the CY5xx family: the objects that a chip owns, each of which knows only a few others.
 
-    registers.py      parameters, and the fields that RESET and the command I clear
+    registers.py      parameters, and the fields that RESET and the I command clear
     phase_outputs.py  PULSE, the phases, DIRECTION, SLEW
     command_port.py   bytes in, verify bytes out; the only writer of READY
     readout.py        the next byte of a read-out

@@ -98,8 +98,8 @@ def written_for(source: Source) -> None:
     """Report, once, that a text may be written for a sister part, if faulty commands are correct in that part.
 
     The remedy lists all letters whose meaning differs in the sister part.  If several sister parts qualify,
-    choose the part in which most of the faulty commands are correct; in a tie, the part with the fewest
-    letters whose meaning differs.
+    choose the part that makes the largest number of faulty commands correct; in a tie, the part with the
+    fewest letters whose meaning differs.
     """
     sheet, problems = source.sheet, sorted(source.problems)
     means = exchanged(sheet.part)

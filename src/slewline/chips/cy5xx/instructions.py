@@ -112,7 +112,7 @@ class ParameterHandlers:
     def odd(self) -> Iterable[tuple[bool, str, str]]:
         """Yield a tuple for each possible fault of a motion's parameters.
 
-        It contains whether the fault is present, and the code and the text of its finding.
+        Each tuple consists of a bool, True if the fault is present, and the code and the text of its finding.
         """
         return ()
 
@@ -223,7 +223,7 @@ class Instructions(ParameterHandlers):
         self.program.end()
 
     def do_jump(self, target: int) -> None:
-        """J: continue the program at a byte, or start it there."""
+        """J: continue the program at a byte address, or start it there."""
         self.program.begin(self.program.resolved(target))
 
     def do_loop(self, count: int, target: int) -> None:

@@ -122,14 +122,14 @@ class Interpreter:
         chip.on_command("")
 
     async def perform(self, code: int, values: tuple[int, ...]) -> None:
-        """Call the handler of the command with an opcode, and wait until the command has ended."""
+        """Call the handler of the command whose opcode is `code`, and wait until the command has ended."""
         work = self.handlers[code](*values)
         if work is not None:
             await work
 
     # --------------------------------------------------------------------------------------------- the stored program
     async def run_program(self) -> None:
-        """Fetch and execute instructions until the command 0 or I, or a reset, ends the program.
+        """Fetch and execute instructions until command 0, command I or a reset ends the program.
 
         PROG/LIVE is sampled between instructions (s.7).
         """
@@ -191,7 +191,7 @@ class Interpreter:
         self.port.open()
 
     async def live_commands(self) -> None:
-        """Execute host commands until the program ends, or until PROG/LIVE, now low, is high after a command."""
+        """Execute host commands until the program ends, or until PROG/LIVE (now low) is found high after a command."""
         program = self.program
         program.live = True
         self.chip.on_command("")

@@ -33,7 +33,7 @@ class Registers:
         self.unset.discard(name)
 
     def clear(self) -> None:
-        """Set each flag and pointer (a field with a default) to its default, as RESET and command I do (s.4)."""
+        """Set each flag and pointer (a field with a default) to its default, as RESET and the I command do (s.4)."""
         for each in fields(self):
             if each.default is not MISSING:
                 setattr(self, each.name, each.default)

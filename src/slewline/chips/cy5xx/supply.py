@@ -17,7 +17,7 @@ from ...core.wires.net import Driver, Net
 
 
 class PowerUp(NamedTuple):
-    """The durations of RESET after power-up (ps, with any crystal): the minimum, and that set by the capacitor."""
+    """The durations of RESET after power-up (ps, whatever the crystal): the minimum, and that set by the capacitor."""
 
     least_ps: int
     charged_ps: int

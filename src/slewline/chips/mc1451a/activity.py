@@ -69,5 +69,5 @@ class Activity:
 
     @property
     def armed(self) -> bool:
-        """True if an axis has a breakpoint: an input may meet its condition at any time."""
+        """True if an axis has a breakpoint: an input may meet the breakpoint's condition at any time."""
         return any(state.breakpoint for state in self.registers.states)

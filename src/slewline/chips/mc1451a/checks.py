@@ -1,7 +1,7 @@
 """Lint rules that apply to the MC1451A family only: an axis's registers at an update.
 
-A script is followed as the chipset would receive it, packet by packet.  A register that the script has
-not yet written has an unknown value (None), to which no rule applies, unless RESET came before.  Three
+A script is followed as the chipset would receive it, packet by packet.  Until the script
+has written a register, or RESET has set it, its value is unknown (None), and no rule applies to it.  Three
 things are assumed to have their power-up state until the script changes them: the pulse range is the
 standard one; an axis is at position 0; and, in a script that sets destination and velocity, the
 acceleration is 0.  Problems of an axis in motion are only reported where the motion is certain: the

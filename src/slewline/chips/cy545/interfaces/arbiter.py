@@ -64,7 +64,7 @@ class InputArbiter:
 
     @property
     def answering(self) -> bool:
-        """True during a command from the serial side, or while the chip will read a waiting serial character.
+        """True during a command from the serial side, or while a serial character waits that the chip may read.
 
         The chip does not read a character while it waits for the parallel host to continue a command or message.
         """

@@ -232,7 +232,7 @@ class ParallelPort:
     def counted(self, low: bool) -> None:
         """Record the number of changes of IO_REQUEST up to the last byte's request.
 
-        If `low`, the last byte's request is still active.
+        If `low` is true, the last byte's request is still active.
         """
         self.served = self.request.changes - (not low)
 

@@ -122,7 +122,7 @@ class UserBits:
         return (self.chip.bus,) if argument & sheet.DATA_BUS else (self.pins[argument & 7],)
 
     def single(self, argument: int, match: bool) -> tuple[str, int] | None:
-        """Return the single user pin of an argument, and the pin's level at which `matches` returns `match`.
+        """Return the one user pin that an argument selects, and the level at which `matches` returns `match`.
 
         None if the argument concerns several pins or the data bus.
         """

@@ -58,8 +58,8 @@ class Jog:
     def direction(self) -> int | None:
         """The direction selected by JOG, +1 (clockwise) or -1; None if JOG is open or a limit forbids the step.
 
-        The step is forbidden while the limit of the direction in which it would count is low; an external level
-        on CCW may force that direction.
+        The step is forbidden while the limit input for its direction of counting is low; this direction depends
+        on the level of the CCW pin, which another output may pull low.
         """
         level = self.net.level
         if level is None:

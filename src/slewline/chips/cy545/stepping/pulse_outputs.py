@@ -73,7 +73,7 @@ class StepOutputs(phase_outputs.StepOutputs):
 
     @property
     def sign(self) -> int:
-        """The direction in which a step would count: 1 while CCW is low, even if another output pulls it; else -1."""
+        """The direction in which a step would count: 1 while CCW is low, whatever pulls it low; otherwise -1."""
         return 1 if self.direction_net.level == 0 else -1
 
     def expected(self, sign: int) -> int:

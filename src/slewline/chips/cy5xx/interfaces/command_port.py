@@ -111,7 +111,7 @@ class BusPort:
 
     # ------------------------------------------------------------------------------------------------------------ bytes
     async def next_byte(self, idle: bool, live: bool) -> int:
-        """Return the next byte; -1 if an input in `others` ends the wait.  Output verify bytes requested meanwhile.
+        """Output any verify bytes requested; return the next byte, or -1 if an input in `others` ends the wait.
 
         Args:
             idle: the chip has nothing to do until the byte arrives.

@@ -7,7 +7,7 @@ from ....core.wires.net import Driver, Net
 
 
 def line_in(chip: ChipContext, name: str, level: int = 1) -> Net:
-    """Return the net of an input; if the part lacks it, return a net constantly at `level`, which is inactive."""
+    """Return the net of an input; if the part lacks it, return a net that stays at its inactive level, `level`."""
     if name in chip.pins:
         return chip.pins[name].net
     return Net(chip.kernel, f"{chip.name}.({name})", tie=level, active=1 - level)

@@ -1,1 +1,1 @@
-"""Stepping: the plan player, ramps whose rate grows by step or by time, the outputs, and the slow twin."""
+"""Stepping: the plan player, ramps whose rate grows with each step or with time, the outputs, and the slow twin."""

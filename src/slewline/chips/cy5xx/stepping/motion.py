@@ -8,7 +8,7 @@ Sampling points of a step, from its start b to the start b' of the next step; PU
     inputs                              STEP INHIBIT: while it is high here, PULSE stays low
 
 Inputs are sampled as the manual requires.  Edges are promised up to the next sample that matters.  When
-a watched input changes, the promise is withdrawn from the first sample strictly after the change; at
+a watched input changes, the promise is cut short at the first sample strictly after the change; at
 this sample the firmware reads the levels just before its instant and decides: continue, replan from the
 step that is about to begin, or stop.
 

@@ -29,7 +29,7 @@ class StepOutputs:
         self.clear()
 
     def clear(self) -> None:
-        """Return to full steps, for RESET and I."""
+        """Return to full steps, for RESET and the I command."""
         self.walk(self.whole)
 
     def walk(self, patterns: Patterns) -> None:
@@ -66,7 +66,7 @@ class StepOutputs:
             driver.play(PatternView(playing, column, self.registers.phase, sign, driver.at(seen)))
 
     def renew(self) -> None:
-        """Notify all observers of PULSE and the phases that the promised train now ends at a different time."""
+        """Notify all observers of PULSE and the phases: the promised train now ends at a different time."""
         self.pulse.renew()
         for driver in self.phases:
             driver.renew()

@@ -37,7 +37,7 @@ class Law(NamedTuple):
         return self.periods[min(rate, self.top)] * factor
 
     def up(self, rate: int, slope: int, factor: int = 1) -> Runs:
-        """Return the steps of the ramp up to a rate parameter, each with a lower parameter; none if the slope is 0."""
+        """Return the steps of the ramp up to `rate`, each with a parameter below `rate`; none if the slope is 0."""
         ramp = range(self.start, min(rate, self.top), slope) if slope else ()
         return tuple((self.periods[each] * factor, 1) for each in ramp)
 

@@ -90,7 +90,7 @@ class Instructions(instructions.ParameterHandlers):
         self.registers.load("factor", factor)
 
     def do_halfstep(self) -> None:
-        """H: output half steps until I or RESET."""
+        """H: output half steps until the I command or RESET."""
         if not self.registers.half:
             self.registers.half = True
             self.registers.phase *= 2

@@ -44,7 +44,7 @@ def pieces(rates: Sequence[float], unit: float, number: int, slews: bool, endles
         rates: steps/s, from the first rate to the target rate.
         unit: the time from each of `rates` to the next, in seconds.
         number: steps of the motion.
-        slews: the motion reaches its slew rate; otherwise steps left after the ramps are at the first rate.
+        slews: the motion reaches its slew rate; otherwise any steps left after its ramps are made at the first rate.
         endless: the motion slews until an event ends it.
     """
     up = [IdealPiece(unit, a, (b - a) / unit) for a, b in pairwise(rates)]

@@ -364,7 +364,7 @@ class QuadratureCounter:
         self._refused = 0
 
     def _work_off(self) -> None:
-        """Read those changes up to the last query that have so far been processed only in a window."""
+        """Read all changes that have so far been processed only in a window, up to the last query."""
         if self._done < self._asked:
             self.window = None
             self._read(self._asked)

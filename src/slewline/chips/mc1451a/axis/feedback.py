@@ -55,8 +55,8 @@ class Feedback:
     def errors_coming(self, n: int, window: CountWindow) -> NDArray[np.int64]:
         """Return the position errors that `read` will compute in the cycles after `n`, within the window: int64.
 
-        `n` is the last cycle that was read.  The end of the present run is a due cycle in any case, so the run
-        is assumed to continue throughout the window.
+        `n` is the last cycle that was read.  The axis is processed at the end of its present run in any
+        case, so the run may be assumed to continue throughout the window.
         """
         import numpy as np
 

@@ -41,13 +41,13 @@ class ElectronicGear:
         return bool(self.backlog or self.followed != self.feedback.counts)
 
     def enter(self, cause: str) -> None:
-        """Enter the gear mode by the command `cause`; the axis follows the counts after the present one."""
+        """Enter the gear mode by the command `cause`; the axis follows all changes from the present count."""
         self.followed, self.backlog = self.feedback.counts, 0
         self.suspended = self.state.awaits_update or self.switches.flagged
         self.set_out(cause)
 
     def update(self, cause: str) -> None:
-        """Resume the gear at an update, from the present counts, unless a limit switch or the motor prevents it."""
+        """Resume the gear from the present counts at an update, unless a limit has tripped or the motor is off."""
         if self.suspended and not self.state.awaits_update and not self.switches.flagged:
             self.suspended = False
             self.followed = self.feedback.counts

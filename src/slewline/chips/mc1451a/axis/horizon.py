@@ -32,7 +32,7 @@ class Horizon:
         self.counts_per_cycle = sheet.CYCLE_TICKS // sheet.FILTER_TICKS + 1  # no more edges leave the filter
 
     def after(self, n: int) -> int:
-        """Return the first cycle after `n`, the last one processed, that needs a decision; NEVER if none does."""
+        """Return the first cycle that needs a decision after `n`, the last one processed; NEVER if none does."""
         state, pulses, encoder = self.state, self.pulses, self.feedback.encoder
         if state.update or state.was_off:
             return n + 1

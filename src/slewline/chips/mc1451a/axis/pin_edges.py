@@ -2,8 +2,8 @@
 
 A promise contains a driver's future edges.  A chip that samples an input only occasionally need not
 process every edge: a query reads the edges since the last query from the promises, and just before a
-driver replaces its promise or its level, the reader reads the edges up to then.  So an edge costs no
-event, whatever drives the net, and no edge is lost:
+driver replaces its promise or its level, the reader reads the edges up to then.  So an edge needs no
+kernel event, whatever drives the net, and no edge is lost:
 
     drive       promise of a train       |  level 0    |  wave
     wire        _|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_|_____________|‾‾‾‾‾‾|__
@@ -25,7 +25,7 @@ from ....core.wires.pin import Terminal
 
 
 class PinEdges:
-    """The edges of a pin's wire after the last `begin`; a change at that instant is only the first level.
+    """The edges of a pin's wire after the last `begin`; a change at that instant only sets the first level.
 
     `on_change` is called when a driver of the wire changes its level or its promise; the new edges can be
     read in the kernel's next round.
@@ -111,7 +111,7 @@ class PinEdges:
             self._read = ps
 
     def _real(self, times: Any, levels: Any) -> tuple[Any, Any]:
-        """Return two lists without the edges that leave the level the same; return arrays with all their edges."""
+        """Drop the edges that leave the level the same, if the arguments are lists; return arrays unchanged."""
         if isinstance(times, list):
             real = [*map(ne, levels, [self._level, *levels])]
             if not all(real):

@@ -25,7 +25,7 @@ class LimitSwitches:
         self.armed = {limit: True for limit in self.nets}  # has been inactive since it tripped
 
     def active(self, limit: int) -> bool:
-        """Return whether limit switches are enabled and a switch is active."""
+        """Return whether limit switches are enabled and the given switch is active."""
         registers = self.registers
         return registers.limits_on and bool(self.levels[limit] ^ registers.limit_sense >> self.bits[limit] & 1)
 

@@ -178,7 +178,7 @@ class Updates:
         generator.set_out(distance)
 
     def powerless(self, acceleration: int) -> bool:
-        """Return whether the active registers cannot make the axis leave rest, because acceleration or jerk is 0."""
+        """Return whether the axis cannot start from rest, because the active acceleration or jerk is 0."""
         if self.generator.mode == S_CURVE:
             return not (acceleration and self.state.active.jerk)
         return not acceleration and (self.generator.mode == VELOCITY or not self.state.start_velocity)
