@@ -166,7 +166,7 @@ def registers(count: int) -> Iterator[tuple[str, Sides]]:
             for what, exchange, number in (
                 (f"{pace}, registers: an access", partial(port.inp, STATUS), count),
                 (f"{pace}, registers: a packet", partial(packed, port), count),
-                (f"{pace}, the same byte by byte", partial(by_bytes, port), count // 5),
+                (f"{pace}, registers: a packet byte by byte", partial(by_bytes, port), count // 5),
             ):
                 part, echoing = number // BATCHES, partial(echoed, connection)
                 yield what, [(middle(timed(echoing, part)), middle(timed(exchange, part))) for _ in range(BATCHES)]

@@ -82,7 +82,7 @@
 #define OFF_HALT 1
 #define OFF_REST 2
 
-/* Flags of RESET: POSITION: it sets the count; KNOWN: it is the motor's position; POWER: power may be on. */
+/* Flags of RESET; POSITION: set the count; KNOWN: the count is the motor's position; POWER: allow power. */
 #define RESET_POSITION 1
 #define RESET_KNOWN 2
 #define RESET_POWER 4

@@ -14,7 +14,7 @@ CUT = re.compile(r" \.\.\. \((\d+) characters in all\) \.\.\. ")
 
 
 def shortened(text: str, most: int) -> str:
-    """Return a text; if it exceeds `most` characters, return its start and end, with its total length between."""
+    """Return a text or, if it exceeds `most` characters, its start and end with its total length between them."""
     if len(text) <= most:
         return text
     half = most // 2

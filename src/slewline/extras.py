@@ -23,7 +23,7 @@ EXTRAS = {  # by extra: packages, each by its names for installation and for imp
 
 
 def lacking() -> dict[str, list[str]]:
-    """Return the packages that are not installed, keyed by extra; extras without such packages are left out."""
+    """Return the packages that are not installed, keyed by extra; an extra that is fully installed is left out."""
     from importlib.util import find_spec
 
     found = {extra: [name for name, module in rows if find_spec(module) is None] for extra, rows in EXTRAS.items()}

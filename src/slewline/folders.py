@@ -22,7 +22,7 @@ def state_folder() -> Path:
 
 
 def cache_folder() -> Path | None:
-    """Return the folder for files that can be recreated: SLEWLINE_CACHE, or slewline's in the system's cache.
+    """Return the folder for recreatable files: SLEWLINE_CACHE, or else slewline's folder in the system's cache.
 
     Return None if SLEWLINE_CACHE is set, but empty: then no such files are kept.
 

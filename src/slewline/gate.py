@@ -4,8 +4,8 @@ A bench file, journal, dialogue, log, black box, backup or memory image may come
 in it is of one of three classes, and the code that reads the file checks the name with a `FileGate`:
 
     of the folder    a file that is, once all links are followed, in the folder of the file that names
-                     it, or below; a link for a pty in this folder or below, if no tool would run a file
-                     of its name and its path contains no other link; a serial device of this system
+                     it, or below; a link for a pty in this folder or below, if its path contains no
+                     other link and no tool runs files with such a name; a serial device of this system
     elsewhere        any other file, link, device; only with `anywhere` (--anywhere)
     code             a chip or part as module:Class, whose import runs the module's code; only with
                      `allow_code` (--allow-code)
@@ -104,7 +104,7 @@ class FileGate:
         """Return the path of a link for a pty, which `links.ports.symbolic_link` creates without following links.
 
         Raises:
-            SlewlineError: the path is outside the folder of the naming file, or a tool would run a file of this
+            SlewlineError: the path is outside the folder of the naming file, or tools may run files with such a
                 name.
         """
         path = PurePath(self._text(name))

@@ -41,7 +41,7 @@ def start(
 
 @contextmanager
 def termination_deferred() -> Iterator[None]:
-    """Block, during a `with` block that starts processes, the signals sent to all processes of a command.
+    """Block the signals that are sent to all processes of a command, while a `with` block starts processes.
 
     The started processes inherit the blocked signals, so only this process obeys them.
     """

@@ -118,7 +118,7 @@ def run_command(**options: Any) -> int:
 
     A command refused by the chip is a finding.  Findings alone do not fail a run, except with --strict (exit
     status 1).  The exit status is also 1 if the program is for another chip: either no line is a command of
-    this chip, or most lines are not and every line is a command of another chip.
+    this chip, or most lines are not commands of it and every line is a command of another chip.
     """
     from .run import RunCommand
 
@@ -180,7 +180,7 @@ def dis_command(**options: Any) -> int:
 def lint_command(**options: Any) -> int:
     """Check programs, or the scripts of bench files (BENCH.toml), for mistakes; exit status 1 if there are errors.
 
-    Nothing is run.  A line that `run` would refuse from the start is an error.
+    Nothing is run.  A line that makes `run` refuse to start is an error.
     """
     from .programs import lint
 

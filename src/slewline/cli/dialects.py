@@ -2,8 +2,8 @@
 
 A command that a chip refuses, because of its value or the chip's state, is a finding; a run with
 findings succeeds unless --strict is given.  But if either no line is a command of the chip, or most
-lines are not and every line is a command of another chip, the program is for another chip:
-`slewline run` ends with status 1.
+lines are not commands of it and every line is a command of another chip, the program is for another
+chip: `slewline run` ends with status 1.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ FEW = 4  # a program may be for a chip if the chip knows at least three of every
 
 
 def foreign(text: str, where: str, chip: str | type[Chip], sheet: Sheet) -> str:
-    """Return "" unless a program is for another chip; then return a message that names any likely chips.
+    """Return a message if a program is for another chip, naming any likely chips; otherwise return "".
 
     Args:
         text: the text that a host sends, one command per line.

@@ -206,7 +206,7 @@ class RunCommand(BenchOptions):
         return f"{next(iter(bench.chips))}.{pin}"
 
     def plotted(self, bench: Bench) -> list[str]:
-        """Return the full names of the pins of the first chip that are drawn below the curves of the plot."""
+        """Return the full names of the first chip's pins that are drawn below the curves of the plot."""
         name, chip = next(iter(bench.chips.items()))
         return [f"{name}.{row.name}" for role in PLOTTED for row in chip.sheet.pins if row.role == role]
 
@@ -360,7 +360,7 @@ def show(ps: int, who: str, kind: str, text: str) -> None:
 
 @contextmanager
 def progress(bench: Bench, total: int, quiet: bool) -> Iterator[None]:
-    """Show the progress of virtual time, on a terminal without a transcript.
+    """Show the progress of virtual time on a terminal, unless a transcript is printed there.
 
     Rich draws in its own thread and only reads the virtual time, so the run is not affected.
     """

@@ -338,7 +338,7 @@ class Chip(Component, OneAxis):
         raise NotImplementedError
 
     def check_wiring(self) -> None:
-        """Report as findings undriven inputs without a pull-up, which read low; called before time first passes."""
+        """Report, as findings, undriven inputs without a pull-up, which read low; called before time first passes."""
         for row in self.sheet.pins:
             net = self.pins[row.name].net
             if row.in_out == "in" and row.pull is None and net.tie is None and not net.drivers:
@@ -432,7 +432,7 @@ class Chip(Component, OneAxis):
         self.on_power(self, on)
 
     def _conflict(self, net: Net) -> None:
-        """Report a conflict on a net, unless the net's previous one was less than CONFLICT_HOLDOFF_PS ago."""
+        """Report a conflict on a net, unless the net's previous conflict was less than CONFLICT_HOLDOFF_PS ago."""
         now, last = self.kernel.now, net.last_conflict_ps
         net.last_conflict_ps = now
         if last is not None and now - last < CONFLICT_HOLDOFF_PS:
@@ -455,7 +455,7 @@ class Chip(Component, OneAxis):
         await until(self.kernel, self.clock.ps(self.tick))
 
     async def at_tick(self, tick: int) -> None:
-        """Wait until the tick count is `tick`; return immediately if it already is, or is higher."""
+        """Wait until the tick count is `tick`; return immediately if the tick count is already that high."""
         if tick > self.tick:
             self.tick = tick
             await until(self.kernel, self.clock.ps(tick))

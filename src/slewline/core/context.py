@@ -42,7 +42,7 @@ class ChipContext(Protocol):
         """Wait for `number` crystal clocks."""
 
     async def at_tick(self, tick: int) -> None:
-        """Wait until the tick count is `tick`; return immediately if it already is, or is higher."""
+        """Wait until the tick count is `tick`; return immediately if the tick count is already that high."""
 
     async def polled(self, net: Net, wanted: int, every: int, *others: tuple[Net, int]) -> Net:
         """Sample a net periodically, starting now, until its level is `wanted`; return the net.

@@ -45,7 +45,7 @@ class Running(Protocol):
 
 
 class InstructionCondition(Condition):
-    """The condition that the stored instruction at `address` begins; if `address` is None, that any begins.
+    """The condition that a stored instruction begins: the one at `address`, or any if `address` is None.
 
     Args:
         room: the number of addresses in the program memory; 0 if unknown.

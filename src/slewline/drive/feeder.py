@@ -52,7 +52,7 @@ class RecordSink(Protocol):
 
 
 class PlannedSteps(NamedTuple):
-    """Steps in one direction (1/65536 tick); `ramp_left`: stop ramp of the first (-1: unknown); `slope`: per step."""
+    """Steps in one direction (1/65536 tick); stop ramp from the first, in steps (-1: unknown); its change per step."""
 
     flags: int
     ticks16: NDArray[np.int64]
@@ -213,7 +213,7 @@ class Feeder:
         self.stopped = False
 
     def resume(self, since_ps: int) -> None:
-        """Queue the model's steps from an instant (ps) on, which is in the past if another run has been taken over."""
+        """Queue the model's steps from an instant (ps) on; the instant is past if another run has been taken over."""
         self._changes.clear()
         self.stopped, self.lost, self.taken_ps = False, 0, since_ps
 
@@ -326,7 +326,7 @@ class Feeder:
         self._open = steps[len(steps) - self._record.count :]
 
     def _queue_output(self, output: PlannedOutput) -> bool:
-        """Queue an output change in a pause, or put it; return False if its place among the steps is not yet known."""
+        """Queue an output change in a pause, or pass it to `put`; return False if its place is not yet known."""
         if not self.running:
             self._put(output)
             return True

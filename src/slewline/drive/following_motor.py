@@ -53,9 +53,10 @@ class Alignment:
                 self.align()
 
     def turn(self, tick: int) -> None:
-        """Align a model whose time is frozen, or a large constant off the board's time, if no motion is pending.
+        """Align a model that is frozen, or off by a large constant time, if no motion is pending.
 
-        The model of a server is frozen while paused; its offset is constant after the server has skipped a lag.
+        The model of a server is frozen while paused; its offset from the board's time is constant after the
+        server has skipped a lag.
         """
         before_ps, before = self._looked_ps, self._off
         self._looked_ps, self._off = self.state.kernel.now, self._ahead(tick)

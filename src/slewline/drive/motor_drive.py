@@ -96,15 +96,14 @@ class Drive:
     Attributes:
         board: the model of the board, according to its IDENT.
         port: the open port of the board, which may have another file number after `clear`.
-        power: the driver current: `power.on` is true while the driver is enabled, `power.known` while the
-            position is known.
+        power: the driver current: `power.on`, and `power.known`, whether the position is known.
         troubles: texts of all troubles since the start.
         on_event: hook, called with each event that the board reports.
         on_wake: hook, called when an external input arrives while the drive is idle: a turn is due now.
 
     Raises:
         UsageError: an argument is out of range or does not fit chip or board; `enable` without `driver`; the
-            port does not exist or is busy; no board answers, or one that this version does not know.
+            port does not exist or is busy; no board answers, or this version does not know the board.
         UnknownName: there is no such chip, axis or driver.
         TimeError: `horizon` is not a time.
     """
@@ -258,7 +257,7 @@ class Drive:
         """Open the session with the board: check its version, configure it, read its count, synchronise the clocks.
 
         Raises:
-            UsageError: no board answers, or one with another version of the firmware.
+            UsageError: no board answers, or the board's firmware is not the version that this slewline needs.
         """
         state = self._state
         state.bench.run(0)

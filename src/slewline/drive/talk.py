@@ -149,8 +149,9 @@ class Talk:
             power: the driver may be switched on.
 
         Raises:
-            UsageError: no board answers, or one of another version or model; the board remains halted, or does
-                not switch the driver on; the board's count is to be kept, but the motor's position is uncertain.
+            UsageError: no board answers, or the board has another version or model than expected; it remains
+                halted, or does not switch the driver on; its count is to be kept, but the motor's position is
+                uncertain.
         """
         found = self._shake_hands(known)
         if self.state.keep_count and found.unsure:
@@ -237,7 +238,7 @@ def identified(port: BoardPort, wall: Callable[[], int], wait: Callable[[float],
         wait: waits for a number of seconds.
 
     Raises:
-        UsageError: no board answers, or one that this version does not know.
+        UsageError: no board answers, or this version does not know the board.
     """
     decoder, begun, hellos = Decoder(), wall(), 0
     while (passed := wall() - begun) <= SET_UP_S * 10**9:

@@ -41,7 +41,7 @@ class Effects:
 
     # ---------------------------------------------------------------------------------------------------- positions
     async def drive(self, name: str, value: float) -> None:
-        """Move to a position, or, while SET is Set, assign it to the present position; return at completion."""
+        """Move to a position or, while SET is Set, declare it to be the present position; return at completion."""
         state = self.owner.state
         if name in ("TWF", "TWR") and not value:
             return
@@ -203,7 +203,7 @@ class Effects:
             await self.motions.stop()
 
     async def mode(self, _name: str, value: int) -> None:
-        """Stop, pause, allow one motion, or continue, as SPMG says; return when all motions that may run are over."""
+        """Stop, pause, allow one motion, or continue, as SPMG says; return when all motions it allows are over."""
         state, before = self.owner.state, self.owner.state.kept["SPMG"]
         state.kept["SPMG"] = value
         try:

@@ -102,7 +102,7 @@ class RecordState:
         return soft or not least <= self.raw(dial) <= most
 
     def violates(self, dial: float) -> bool:
-        """Return whether a move to a dial position is refused; a move back towards an exceeded limit is not.
+        """Return whether a move to a dial position is refused; a move back towards an exceeded limit is allowed.
 
         If there is a backlash distance, the start of the second move is checked, too.
         """
@@ -198,7 +198,7 @@ class RecordState:
 
 
 def acceleration(ramp: Ramp) -> float:
-    """Return the increase in rate over a ramp, divided by the ramp time (steps/s^2); 0 without a ramp."""
+    """Return the increase in rate over a ramp, divided by the ramp time (steps/s^2); 0 if the ramp time is 0."""
     return (ramp.top - ramp.start) * PS_PER_S / ramp.time_ps if ramp.time_ps else 0.0
 
 

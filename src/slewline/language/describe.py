@@ -235,7 +235,7 @@ def _options(sheet: Sheet) -> str:
 
 
 def option_table(options: Iterable[Option]) -> str:
-    """Return options as a Markdown table; an option that is itself a table is followed by the options in it."""
+    """Return options as a Markdown table; an option that has options of its own is followed by these."""
     heads = ("option", "default", "allowed", "meaning")
     rows = [
         (

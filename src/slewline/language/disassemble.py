@@ -25,7 +25,7 @@ NO_NAMES: Mapping[int, str] = MappingProxyType({})
 
 
 def instructions(stored: bytes, sheet: Sheet) -> list[Instruction]:
-    """Return the instructions in the buffer, from its first byte on; a byte that is not an opcode is one item."""
+    """Return the instructions in the buffer, from its first byte on; a non-opcode byte is a separate item."""
     found: list[Instruction] = []
     at = 0
     while at < len(stored):
@@ -47,8 +47,8 @@ def text_at(stored: bytes, at: int, sheet: Sheet) -> str:
 def disassemble(stored: bytes, sheet: Sheet, labels: bool = False) -> str:
     """Return the buffer as program text, including the commands that begin and end program entry.
 
-    Every line ends with a line feed.  `labels`: name branch targets with letters as long as there are any
-    left; the text then assembles with `resolve=True`.
+    Every line ends with a line feed.  `labels`: name branch targets with letters, until no letters are left;
+    the text then assembles with `resolve=True`.
     """
     program = instructions(stored, sheet)
     names = _names(program, sheet) if labels and sheet.labels else {}
@@ -104,7 +104,7 @@ def _entered(stored: bytes, sheet: Sheet) -> list[str]:
 
 
 def _names(program: Sequence[Instruction], sheet: Sheet) -> dict[int, str]:
-    """Return label letters, keyed by ascending address, for branch targets where an instruction begins."""
+    """Return label letters for branch targets where an instruction begins, keyed by address in ascending order."""
     targets = {value for instruction in program for value in _targets(instruction)}
     starts = [instruction.address for instruction in program if instruction.address in targets]
     free = [letter for letter in sheet.labels if ord(letter) not in targets]

@@ -23,6 +23,6 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
 def source(of: Row | Pin) -> str:
     """Return the section of the manual about a row or a pin.
 
-    If the manual does not state the row or pin itself, the `trust` of the row or pin follows in brackets.
+    If the `trust` of the row or pin is anything other than "stated", it follows in brackets.
     """
     return of.where if of.trust == "stated" else f"{of.where} ({of.trust})"

@@ -6,8 +6,8 @@ r"""The ramp calculator's queries to a part, and the part's answers.  No time pa
      start  _/            \_                            the free parameters whose ramp is nearest
             |<->| time, steps
 
-A part provides a `Calculator` (in its `ramps.py`): its parameters, named after the commands that set
-them, the `Ramp` of a set of values, and a search for free parameters.  The results of a calculator
+A part provides a `Calculator` (in its `ramps.py`): its parameters (named after the commands that set
+them), the `Ramp` of a set of values, and a search for free parameters.  The results of a calculator
 always follow from the equations of motion of its part (`profile.py`).
 """
 

@@ -94,7 +94,7 @@ def _arrange(source: Source, bare: bool) -> None:
 
 
 def _outside(source: Source, item: Statement, block: Block | None) -> None:
-    """Report a command that no program stores, if it has a label or is not allowed at that place.
+    """Report a command that is not stored in a program, if it has a label or is not allowed at that place.
 
     `block` is the program whose entry the command interrupts; None in command mode.
     """
@@ -156,7 +156,7 @@ def commented(text: str, sheet: Sheet) -> list[Problem]:
 
 
 def mended(problems: Iterable[Problem], text: str) -> list[Problem]:
-    """Return the problems, replacing the remedy of each error on a line with another language's comment."""
+    """Return the problems; errors on a line that has a comment in another language's style get a new remedy."""
     lines = [line.partition(";")[0] for line in text.splitlines()]
     return [
         replace(problem, remedy=BEGINS)

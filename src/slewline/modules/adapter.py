@@ -81,7 +81,7 @@ class FramedSpeech(Speech):
         return MappingProxyType(found | {"direction": (f"?{STATUS}", _part(STATUS, last + 1, last, 1))})
 
     def value(self, what: str, reply: str) -> str:
-        """Return `what` as text, from the bytes in `reply`: a number; for the direction, the command that sets it."""
+        """Return the value named `what` as text, from the bytes in `reply`: a number; for a direction, its command."""
         if what == "adapter":
             return reply
         data = bytes.fromhex(reply)

@@ -1,6 +1,6 @@
 """Search for a module on a port: the rate at which it answers, and whether its lines have checksums.
 
-The search sends a query that changes nothing.  If the module is set to another rate than the query's,
+The search sends a query that changes nothing.  If the module is set to a rate other than the query's,
 it may receive wrong characters, but these form no command (tests/modules/test_finding.py).
 """
 

@@ -90,7 +90,7 @@ class LatenessHistogram:
 
 
 class DialogueRecorder:
-    """A writer of a dialogue file in a separate thread, which has the priority of the thread that creates it."""
+    """A writer of a dialogue file in a separate thread, which inherits the priority of the creating thread."""
 
     def __init__(self, file: DialogueFile) -> None:
         self.file = file
@@ -124,7 +124,7 @@ class DialogueRecorder:
 
 
 class ProxyEnd:
-    """One end of a proxy, which its port uses as a serial line: data received here is output at the other end."""
+    """One end of a proxy, acting as the serial line of its port: data received here is output at the other end."""
 
     greetings, share = TEXT, CHUNK
 
@@ -213,7 +213,7 @@ class HostEnd(ProxyEnd):
         self.proxy.set_port("rtscts", on)
 
     def opened_at(self, baud: int) -> None:
-        """Set the serial port to the rate at which the host has opened its port, and record a change."""
+        """Set the serial port to the rate at which the host has opened its port, and record any change of rate."""
         if self.proxy.set_port("baudrate", baud):
             self.proxy.setting = LineSetting(baud, self.setting.word)
             self.event(f"the host has set {baud} baud")

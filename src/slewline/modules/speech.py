@@ -72,7 +72,7 @@ class LineSpeech(Speech):
         return found.row if isinstance(found, Command) else None
 
     def is_complete(self, command: str, received: bytes) -> bool:
-        """Return whether the last line of an answer has arrived; a listing's last line cannot occur in a program."""
+        """Return whether the last line of an answer has arrived; a listing ends with a line that no program has."""
         if not received.endswith(CR):
             return False
         row = self.row(command)

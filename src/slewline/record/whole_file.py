@@ -105,7 +105,7 @@ class WholeFile(WholeOrNothing):
                 raise
 
     def _take_over(self, part: Path) -> bool:
-        """Copy mode, owner and group of any replaced file to the new one; return whether owner and group are right."""
+        """Copy the mode, owner and group of any replaced file; return whether owner and group are right."""
         try:
             before, now = self._target.stat(), part.stat()
         except FileNotFoundError:

@@ -137,7 +137,7 @@ class JoinedBench(Pace):
 
 
 class IdleSelector(selectors.DefaultSelector):
-    """The selector with which a loop sleeps while every task waits; it lets virtual time pass instead."""
+    """A selector that lets virtual time pass where an ordinary one would sleep, while every task waits."""
 
     loop: VirtualLoop
 

@@ -259,7 +259,7 @@ class Faults(Part):
         return self._scheduled("bouncing limit", begin, terminal.release, at, lasting)
 
     def eeprom_fault(self, at: Time | None = None, lasting: Time | None = None) -> Fault:
-        """Make EEPROM programming fail: the command M is answered with E6; until a write succeeds, so is X."""
+        """Make EEPROM programming fail: the M command is answered with E6, as is X until a write succeeds."""
         fail = getattr(self.chip, "fail_eeprom", None)
         if fail is None:
             raise UsageError(f"EEPROM fault: {self.chip.name}, a {self.chip.sheet.part}, has no EEPROM")

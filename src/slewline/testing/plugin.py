@@ -13,8 +13,8 @@ r"""The pytest plugin: one argument of a test is a running module.
         left, right = slewline_module("gs-c200"), slewline_module("gs-c200s", on="pty")
         custom = slewline_module("my_lab.mx10:Mx10")
 
-    @pytest.fixture(scope="session")                                    one module for several tests: slewline_module
-    def feeder(slewline_for_session):                                   for a whole class, test module or session
+    @pytest.fixture(scope="session")                                    a module for several tests: slewline_for_class,
+    def feeder(slewline_for_session):                                   slewline_for_module or slewline_for_session
         return slewline_for_session("gs-c200s")
 
 The report of a failed test contains a section for each module: seed, faults, findings and the last lines of the

@@ -78,7 +78,7 @@ class WallClockTime(Paced):
         return Pace.pass_time(self)
 
     def present(self) -> None:
-        """Let virtual time catch up with the wall clock, or at least partly if the rate is too high here."""
+        """Let virtual time catch up with the wall clock, or only partly if the rate is too high for this machine."""
         goal = self.goal()
         for _ in range(SLICES):
             if self.kernel.now >= goal:
@@ -150,7 +150,7 @@ class Rig:
         self.away = ""
 
     def look(self) -> str:
-        """Return why the port cannot be found, or ""; a failed search first takes 100 ms of virtual time."""
+        """Return why the port cannot be found, after 100 ms of virtual time; if it can be, return "" directly."""
         if why := self.away:
             self.wait(never, LOOK_PS)
         return why

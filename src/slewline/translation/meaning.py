@@ -287,7 +287,7 @@ class Query(Action):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Special(Action):
-    """A command of the source's part that other parts need not have.
+    """A command of the source's part that other parts may lack.
 
     Attributes:
         description: the effect of the command, in words.

@@ -66,7 +66,7 @@ def stored(program: Program) -> list[int]:
 
 
 def runs(program: Program) -> dict[int, int]:
-    """Return the number of the stored program that each host run command runs, keyed by the command's line.
+    """Return, for the line of each host command that runs a stored program, the number of that program.
 
     The number is -1 if the text has not entered a program before the command.
     """
@@ -116,7 +116,7 @@ def axes(program: Program) -> list[int]:
 
 
 def outputs(program: Program) -> list[tuple[int, int]]:
-    """Return pairs of an output that the program sets and its level after a reset of the source's part.
+    """Return the number of each output that the program sets, and its level after a reset of the source.
 
     The level is 0 if it is not known.
     """

@@ -1,4 +1,4 @@
-"""Translation from Python: a program for one part becomes a program for another part.
+"""Translation, as called from Python: a program for one part becomes a program for another part.
 
 done = slewline.translate("weld.cy525", to="gs-c200s")
 print(done.text)

@@ -145,7 +145,7 @@ class Tuned:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Effects other than the ramps that may decide the result, such as a large chopper ripple, as texts."""
+        """Effects, other than the ramps, that may decide the result, such as a large chopper ripple, as texts."""
         return chopper_notes(self.task.motor, self.task.driver, self.task.given.get("driver"))
 
     @property

@@ -85,7 +85,7 @@ class Port:
         return self.supply.powered and self.slct.is_active
 
     def _strobe(self, name: str, other: str, net: Net) -> bool:
-        """Return whether the strobe `name`, which begins now, is valid; `net` is the net of the strobe `other`."""
+        """Return whether the strobe `name`, which begins now, is valid; the other strobe is `other`, on `net`."""
         now = self.kernel.now
         if net.is_active:
             self.chip.finding("strobes", f"{name} and {other} are low together: no transfer")
@@ -261,7 +261,7 @@ class Port:
         self.chip.finding("busy-access", f"{what} while HostRdy is low: it has no effect")
 
     def _busy(self, then: Callable[[], None]) -> None:
-        """Lower HostRdy for a slice, then call a function and raise HostRdy, unless a reset has come between."""
+        """Lower HostRdy for a slice, then call a function and raise HostRdy, unless a reset occurs first."""
         starts = self.supply.starts
         self.ready = False
         self.ready_driver.put(self.ready_driver.inactive_level)

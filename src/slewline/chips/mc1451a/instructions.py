@@ -1,8 +1,8 @@
 """The commands of the chipset that do more than set, load or show a register, in the order of the manual.
 
 The effects of all other commands are stated in their rows of the command table (sheet.py).  A handler is
-named after its command's row.  Its argument is the number written by the host (words combined,
-unsigned), if the row has one; it returns the number that the host will read, if the row has one.
+named after its command's row.  If the host writes a number, this is the handler's argument (its words
+combined, unsigned); if the host will read a number, the handler returns it.
 `self.state` is the current axis.
 """
 

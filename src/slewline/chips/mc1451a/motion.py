@@ -1,6 +1,6 @@
 """The cycles of a chipset: those in which an axis has a decision to make are processed, all others are skipped.
 
-    commands, limits, HOME, encoders                 a cycle that must be processed is an instant of the kernel;
+    commands, limits, HOME, encoders                 the kernel calls this object in each due cycle;
           |  attend: the next cycle is due           a query in between is answered from the present run (catch_up)
           v
     axis 1   due ------------>|                      due: the next cycle in which an axis has a decision to make,
@@ -90,7 +90,7 @@ class Motion:
             self._schedule()
 
     def attend_soon(self) -> None:
-        """Make the next cycle due, but only in the next round, because a filtered input may be about to change."""
+        """Call `attend` in the kernel's next round, not now, because a filtered input may be about to change."""
         if self.running:
             self.kernel.call_at(self.kernel.now, self.attend)
 

@@ -27,7 +27,7 @@ class Supplied(NamedTuple):
 
 
 class Supply:
-    """The supply and RESET.  `starts` counts resets, so that a reset drops the work scheduled before it."""
+    """The supply and RESET.  `starts` counts resets; work scheduled under an earlier count is dropped."""
 
     def __init__(
         self, chip: ChipContext, cycles: CycleClock, supplied: Supplied, ready_ticks: int, power_up_reset_ps: int

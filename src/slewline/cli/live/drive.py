@@ -197,7 +197,7 @@ class DriveCommand(ServeCommand):
         self._watch_user(server, drive, f"slewline: {drive.introduction()}; {be_prompt()}")
 
     def _watch_user(self, server: Server, drive: Drive, introduction: str) -> None:
-        """Make SIGUSR2 act like a typed `clear`, print the introduction, and obey commands that the user types."""
+        """Print the introduction, obey commands that the user types, and make SIGUSR2 act like a typed `clear`."""
         from ...drive.board.rehearsal import TwinPort
         from ...links.sockets.system import numbers
 

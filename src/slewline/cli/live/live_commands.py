@@ -212,7 +212,7 @@ def serve_command(**options: Any) -> int:
 @SERVED
 @OPTIONS
 def drive_command(**options: Any) -> int:
-    """Replace a failed chip with a virtual one: an old host on a port, a motor on a board.
+    """Replace a failed chip with a virtual one: a port connects the old host, and a board steps the motor.
 
     The board can stop by itself, and it counts the steps, but it is not a safety device: an E-stop must cut
     the supply of the driver.

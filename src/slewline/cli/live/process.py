@@ -83,7 +83,7 @@ class PanelProcess(Closing):
                 self.process.stdin.flush()
 
     def _opened(self, line: bytes) -> bool:
-        """Set `url` from a line with the address of the page; return whether the line has an address."""
+        """Set `url` to the page address that a line contains ("" if none); return whether there is one."""
         self.url = line.decode().partition(": ")[2].strip()
         return bool(self.url)
 

@@ -97,8 +97,8 @@ def tune_command(**options: Any) -> int:
     Every move that the chip can make on a grid of parameters is a candidate.  Candidates are simulated, the
     fastest first, with the physics of the motor, under perturbations of load, inertia, supply, current,
     friction and drag, until one completes without lost steps under all of them: this is the best move.  The
-    recommended move is the fastest that also never lags by more than 1.8 steps, and whose neighbours in the
-    grid all lose no steps either.
+    recommended move is the fastest that also never lags by more than 1.8 steps, and none of whose neighbours
+    in the grid loses steps.
 
     A Dask cluster runs any code that a client sends, and the results that it returns can run code in the
     client: name only your own cluster.

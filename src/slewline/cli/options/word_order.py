@@ -113,7 +113,10 @@ def describe(word: str, kind: str, argument: click.Argument | None) -> str:
 
 
 def is_file_of_chip(command: click.Command, words: Sequence[tuple[str, str]]) -> bool:
-    """Return whether the first word is a file in place of a chip: no word is a chip, no option takes that file."""
+    """Return whether the first word is a file given in place of a chip.
+
+    This is so if no word is a chip, and the command has no option for such a file.
+    """
     kinds = [kind for _, kind in words]
     return kinds[0] in FILES and "chip" not in kinds and not option_of(command, kinds[0])
 

@@ -157,7 +157,7 @@ def shown(report: Report, proof: Proof | None) -> Iterator[tuple[str, str | None
 
 
 def once(lines: Sequence[str]) -> Iterator[str]:
-    """Yield the lines; identical consecutive lines become one line with their number: "T1 (3 times)"."""
+    """Yield the lines; identical consecutive lines become one line that states their number: "T1 (3 times)"."""
     for text, same in groupby(lines):
         number = len(list(same))
         yield text if number == 1 else f"{text} ({number} times)"

@@ -22,9 +22,9 @@ class Channel:
 
     `name` selects the channel in `bench.host(x, over=name)`; `description` names it in messages.
 
-    If all parts with this class of channel have a pin, it is found by its role; if only some of them have
-    it, an attribute of the channel names it.  A script directive for another kind of channel is refused with
-    a message in which `instead` follows the name of the part.
+    A pin that all parts with this class of channel have is found by its role; a pin that only some of them
+    have is named by an attribute of the channel.  A script directive for another kind of channel is refused
+    with a message in which `instead` follows the name of the part.
     """
 
     name: ClassVar[str]
@@ -38,7 +38,7 @@ class Channel:
 
     @property
     def plain(self) -> dict[str, int]:
-        """The straps (levels keyed by pin) that switch off features missing from program files, such as checksums."""
+        """The straps (levels keyed by pin) that switch off features that program files lack, such as checksums."""
         return {}
 
     def elsewhere(self, name: str, value: object) -> str:
@@ -115,7 +115,7 @@ class SerialLine(Channel):
         return dict(zip(self.baud_pins, levels, strict=True))
 
     def elsewhere(self, name: str, value: object) -> str:
-        """Return text that names the straps for a rate or checksums, or the fixed format; "" for other settings."""
+        """Return text on the straps that set the rate or checksums, or on the fixed format; "" for other settings."""
         if name in ("baud", "baudrate") and self.baud_pins:
             given = self.strapping(value)  # type: ignore[arg-type]
             rates = ", ".join(map(str, sorted(self.bauds.values())))
@@ -150,8 +150,8 @@ class FlowBus(Channel):
     Attributes:
         ends: when the flow line shows the end of a message: "before" the part answers the request for the
             last byte, or "after" that request has ended.
-        live: True if the part accepts commands while its program runs, after an initial request that carries
-            no byte.
+        live: True if the part accepts commands while its program runs; the host must first make a request
+            that carries no byte.
         in_use: a mask and a value: the flow line is in use while the mode register, masked, has this value;
             otherwise its pin has another function.
     """

@@ -119,11 +119,11 @@ class Option:
 
     Attributes:
         name: the name.
-        kind: the kind of value: "bool", "int", "float", "time" (ps), "frequency" (Hz), "ints", "text", "bytes";
-            a "choice", one of `choices`, or the text of one; a "table" with the rows in `table`; a "number",
-            which is exact: whole, or a decimal as text; a "quantity", which becomes a float: a number in
-            `unit`, or text such as "68 g cm2"; an "object", which only Python can pass (a function, a store),
-            or one of `choices`.
+        kind: the kind of value: "bool", "int", "float", "time" (ps), "frequency" (Hz), "ints", "text",
+            "bytes"; a "choice": one of `choices`, or its text; a "table" with the rows in `table`; a
+            "number", which is exact: whole, or a decimal as text; a "quantity", which becomes a float: a
+            number in `unit`, or text such as "68 g cm2"; an "object", which only Python can pass (a
+            function, a store), or one of `choices`.
         default: the value used if none is given; ... (Ellipsis) if the option is required.
         description: text that describes the effect of the option.
         low: the minimum: of a number, a time in ps, a frequency in Hz, or each of "ints"; None for no limit.
@@ -193,7 +193,7 @@ class Option:
 
     @property
     def shown(self) -> str:
-        """The default as text; "" if the option is required, or a table or object whose default is empty or None."""
+        """The default as text; "" if the option is required, or is a table or object with an empty or None default."""
         if self.required:
             return ""
         if self.kind == "time" and _whole(self.default):
@@ -250,7 +250,7 @@ class Option:
         return (self.low is None or size >= self.low) and (self.high is None or size <= self.high)
 
     def read(self, text: str) -> Any:
-        """Return the value that a text represents; return an invalid text itself, which `checked` then refuses."""
+        """Return the value that a text represents; return invalid text unchanged, which `checked` then refuses."""
         if self.none and text.lower() == "none":
             return None
         value: Callable[[str], Any] = READ.get(self.kind, _same)

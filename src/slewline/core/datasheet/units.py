@@ -69,7 +69,7 @@ SPELLED = str.maketrans(
 
 
 def measured(value: object, unit: str, per_turn: int | None = None) -> float:
-    """Return a quantity as a number in `unit`, a key of UNITS; a value without a unit already is in this unit.
+    """Return a quantity as a number in `unit`, a key of UNITS; a value without a unit is taken to be in it.
 
     Args:
         per_turn: the motor's steps per revolution, if a rate may be in turns; None if it may not.
@@ -109,7 +109,7 @@ def _plain(unit: str) -> str:
 
 
 def other_kind(value: object, unit: str) -> str:
-    """Return a note on the wrong or missing unit of a text, such as "mH is a unit of inductance; "; or ""."""
+    """Return a note on a text's wrong or missing unit: "mH is a unit of inductance; "; "" if no note applies."""
     found = _NUMBER_AND_UNIT.fullmatch(value.strip()) if isinstance(value, str) else None
     if found is None:
         return ""

@@ -38,11 +38,12 @@ class AppendStore(Store, Protocol):
         """Write bytes into the content, all of them or none, at a cost independent of the length of the content.
 
         Args:
-            data: the bytes, which replace as many bytes starting at `at`; bytes beyond the end extend the content.
+            data: the bytes, which replace as many bytes starting at `at`; bytes beyond the end extend the
+                content.
             at: address, 0 to the length of the content; by default its end.
 
         Raises:
-            UsageError: there would be a gap before `at`, as in a new, empty memory, to which a part must first
+            UsageError: there would be a gap before `at`; to avoid this in a new, empty memory, a part must first
                 `write` the whole content.
         """
 
@@ -86,7 +87,7 @@ class Memory:
 
 
 class JournaledStore:
-    """A store that reports its faults to a journal: failed calls, delays, and content that is not as written.
+    """A store that reports its faults to a journal: failed calls, delays, and content other than that written.
 
     Calls are numbered from `begin` on; in a replay, `ReplayedStore` repeats the faults at the same calls.
 
@@ -149,7 +150,7 @@ class JournaledStore:
         return pending
 
     def detach(self, faults: Mapping[int, Mapping[str, Any]]) -> None:
-        """Keep the content in the model from now on, with the faults of a replay (see `ReplayedStore`)."""
+        """Keep the content in the model from now on; repeat the faults of the recorded run (see `ReplayedStore`)."""
         self.store = ReplayedStore(self._known.data, faults, self._calls)
 
     def attach(self, store: Store) -> None:

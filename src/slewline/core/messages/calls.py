@@ -25,7 +25,7 @@ def answering(
         also: further text for the message.
         options: the `TypedDict` of the function's `**options`; the function's signature then lists each of
             these options.
-        defaults: the defaults of these options; the function always receives all of them.
+        defaults: the defaults of these options; the function always receives a value for each option.
     """
 
     def decorate(function: Callable[P, R]) -> Callable[P, R]:

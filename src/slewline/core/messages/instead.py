@@ -99,7 +99,7 @@ def _names_there_are(one: object) -> list[str]:
 
 
 def seal(cls: type) -> None:
-    """Make an attempt to set a public read-only property of a class raise an error with a remedy.
+    """Ensure that an attempt to set a public read-only property of a class raises an error with a remedy.
 
     The remedies are in the class's `_to_set`, keyed by property.  The setter added to each property does not
     slow down reading it.

@@ -1,4 +1,4 @@
-"""Suggestions for a name that does not exist: one measure for options, commands, chips, keys and the rest.
+"""Suggestions for a name that does not exist, by the same rules for options, commands, chips, keys etc.
 
 A known name is near if typing slips turn it into the name that was written: an extra, missing, wrong or
 swapped letter (one in short names, up to three in long ones), a different separator between words, or an

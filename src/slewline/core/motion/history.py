@@ -142,7 +142,7 @@ class Polyline(Staircase):
 
 
 class History:
-    """Recorded changes of a value, 16 bytes each; to limit memory, any before the latest `KEPT` may be dropped.
+    """Recorded changes of a value, 16 bytes each; to limit memory, all except the last `KEPT` may be dropped.
 
     Once changes have been dropped, the value at instants before the kept ones is NaN.
 

@@ -1,4 +1,4 @@
-"""The limit on the past that an axis or a part keeps: a period, a number of stretches (axis.py), or none.
+"""The limit, if any, on the past that an axis or a part keeps: a period or a number of stretches (axis.py).
 
 Data older than the period cannot be queried.  Old data is dropped when the list of stretches has doubled
 in length since it was last trimmed.

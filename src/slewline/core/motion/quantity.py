@@ -213,8 +213,8 @@ class Position(Quantity):
     ) -> Outline:
         """Return the changes of the register at ascending `times`, with breaks where it is loaded or wraps around.
 
-        `unwrapped` are the values of `Axis.unwrapped_at` at `times`.  A wrap-around is a break only at an
-        instant in `steps`; from the preceding instant in `times` until then, the register must be constant.
+        `unwrapped` are the values of `Axis.unwrapped_at` at `times`.  A wrap-around becomes a break only if its
+        instant is in `steps`; from the preceding instant in `times` until then, the register must be constant.
         """
         import numpy as np
 

@@ -170,7 +170,7 @@ class RunTable:
 
 @lru_cache(maxsize=64)
 def run_table(runs: tuple[tuple[int, int], ...]) -> RunTable:
-    """Return the table of consecutive runs (interval, count), cached because programs in a loop repeat moves."""
+    """Return the table of consecutive runs (interval, count), cached because a program's loops repeat moves."""
     starts, intervals, counts, firsts = [], [], [], []
     start = first = 0
     for interval, count in runs:

@@ -57,7 +57,7 @@ def earliest(whens: Sequence[When]) -> int | None:
 
 
 def later(when: When, lag_ps: int) -> When:
-    """Return a time `lag_ps` later, whether it is the instant of an event or of a NotYet; None remains None."""
+    """Return `when` delayed by `lag_ps`: the instant of an event, or the `at` of a NotYet; None remains None."""
     if isinstance(when, NotYet):
         return NotYet(when.at + lag_ps)
     return None if when is None else when + lag_ps
@@ -158,7 +158,7 @@ class Until(Events):
         return self.of.count(self.within(ps))
 
     def time(self, k: int) -> When:
-        """Return the instant (ps) of event k, or NotYet; None if the event is not foreseen, or not before `until`."""
+        """Return the instant (ps) of event k; NotYet as in `Events.time`; None if not foreseen before `until`."""
         return before(self.of.time(k), self.until)
 
     def times(self, first: int, last: int) -> NDArray[np.int64]:

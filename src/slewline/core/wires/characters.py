@@ -119,7 +119,7 @@ async def transmit(driver: Driver, frames: FrameTable, data: bytes, fault: str =
 
 
 def handed_over(driver: Driver, line: Characters) -> bool:
-    """Pass a line that begins now directly to the receivers on the wire; return False if it must be driven.
+    """Pass a line, which begins now, directly to the receivers on the wire; return False if it must be driven.
 
     The line can be passed directly, without a commit, if the running task is alone in its round, if no
     driver other than `driver` drives the wire, and if all observers of the wire are receivers at rest with

@@ -117,8 +117,8 @@ class PastExchanges:
     def _edges(self, start: int, stop: int | None) -> Iterator[tuple[list[int], list[Level]]]:
         """Yield, for each exchange, its edges in start < t <= stop (ps): the one at its start, then the others.
 
-        The edge at its start is to its first level.  `stop` is None for no limit.  Edges are yielded as two
-        lists: the instants, and the levels after them.
+        The edge at the start of an exchange is the change to its first level.  `stop` is None for no limit.
+        Edges are yielded as two lists: the instants, and the levels after them.
         """
         starts = self.starts
         for number in range(max(bisect_right(starts, start) - 1, 0), len(starts)):
@@ -140,17 +140,17 @@ class PastExchanges:
 
 
 class Exchange:
-    """A transfer between ends that may be made by value.
+    """A transfer between ends, which is made by value where possible, and otherwise edge by edge.
 
     Args:
         led: the drivers of the leading end, each with a function that returns its wave for a state of the
             exchange.  When an exchange is withdrawn, these drivers play the rest of it.
-        answering: the drivers of the answering ends, each with such a function.  When an exchange is
+        answering: the drivers of the answering ends, each with a function as in `led`.  When an exchange is
             withdrawn, each of these drivers keeps its level until its answering end is notified of the next
             edge.
         ends: the ends that watch the nets.
-        withdrawn: called with the last instant (ps) for which the exchange by value holds, when an exchange
-            is withdrawn, before the ends watch their nets again.
+        withdrawn: a function that is called when an exchange is withdrawn, before the ends watch their nets
+            again; its argument is the last instant (ps) for which the exchange by value holds.
 
     Attributes:
         state: the state of the current or the last exchange; the waveforms of the drivers follow from it

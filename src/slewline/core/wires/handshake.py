@@ -178,7 +178,7 @@ class TakingEnd(End, Protocol):
         """True if the next byte begins a command."""
 
     def takes(self, data: bytes, at: int) -> int:
-        """Return the number of bytes from index `at` on that the chip takes by value; it acts only on the last."""
+        """Return how many bytes, starting at index `at`, the chip takes by value; it acts only on the last."""
 
     def begins(self, coming: HandshakenBytes) -> None:
         """Prepare for bytes whose transfer begins now."""
@@ -190,7 +190,7 @@ class TakingEnd(End, Protocol):
         """
 
     def counted(self, low: bool) -> None:
-        """Record which change of I/O REQUEST was its last fall; if `low`, the line has not risen since then."""
+        """Record the number of changes of I/O REQUEST up to its last fall; if `low`, it has not risen since."""
 
 
 class Handshakes(Exchange):
@@ -225,7 +225,7 @@ class Handshakes(Exchange):
     # -------------------------------------------------------------------------------------------------------- by value
     @property
     def opened(self) -> bool:
-        """True while the exchange is made by value, once READY has returned high after the last byte."""
+        """True if the exchange is still made by value, and READY has returned high after the last byte."""
         return self.by_value and self.state.opened is not None
 
     def send(self, coming: HandshakenBytes) -> bool:

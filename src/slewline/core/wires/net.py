@@ -216,7 +216,7 @@ class TakesWhole(Protocol):
         """Receive a line (`characters.Characters`) that begins now, from a sender that has promised it."""
 
     def one_by_one(self) -> None:
-        """Take characters one at a time from now on, each when it is complete, while the net has observers."""
+        """Take each character when it is complete, from now on for as long as the net has observers."""
 
 
 class ByValue(Protocol):
@@ -224,7 +224,7 @@ class ByValue(Protocol):
 
     @property
     def changing(self) -> list[Net]:
-        """The nets with an edge in the instant whose changes are about to be committed."""
+        """The nets that have an edge in the instant that is about to be committed."""
 
     def withdraw(self) -> None:
         """End the exchange by value, and continue edge by edge."""
@@ -367,7 +367,7 @@ class Net:
             self.follow()
 
     def drop_ended(self) -> None:
-        """Drop the registrations of tasks that another net, an exchange or the time has woken meanwhile."""
+        """Drop the registrations of tasks that have since been woken by another net, an exchange or a time limit."""
         self.waiters = [entry for entry in self.waiters if entry[0].token == entry[1]]
 
     def _alone(self) -> None:
@@ -376,7 +376,7 @@ class Net:
             self.exchange.withdraw()
 
     def sort_drivers(self) -> None:
-        """Update the list of active drivers, the promise in force, and whether a commit can take the short path."""
+        """Update the active drivers, the promise in force, and the sole driver whose commit can take a short path."""
         if len(self.drivers) == 1 and not self.joined:  # most nets; every commit of a promise runs this line
             driver = self.drivers[0]
             self.active, self.promise, self.contention = [driver], driver.promise, False

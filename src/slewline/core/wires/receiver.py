@@ -47,7 +47,7 @@ class Character(NamedTuple):
 
 
 class CharacterHook(Hook[[Character]]):
-    """The hook called with each received character; while it has listeners, each is taken when complete."""
+    """The hook called with each received character; while it has listeners, characters are taken one by one."""
 
     __slots__ = ("receiver",)
 
@@ -125,8 +125,8 @@ class Receiver:
         """Receive characters, one after another, forever.
 
         Args:
-            taken: called with each character on which the owner acts, or which was received individually, in the
-                middle of its first stop bit.
+            taken: called with each character on which the owner acts, or which was received individually; it is
+                called in the middle of the first stop bit of that character.
             passed: called with good characters on which the owner does not act, some time after their end.
             acts: called with the bytes of a line and an index; returns the index of the first byte, at
                 or after that index, on which the owner acts; -1 if it acts on none.  Without this function, the

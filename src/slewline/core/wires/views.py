@@ -319,7 +319,7 @@ class Delayed(View):
         return any(floats(what) for _, what in self.pieces)
 
     def holds(self) -> int | None:
-        """Return the input's bound (ps) plus the delay, before which the output is known; None if it has none."""
+        """Return the input's bound plus the delay (ps); the output is known until then; None if the input has none."""
         last = self.pieces[-1][1]
         return last.until + self.lag_ps if promised(last) and last.until is not None else None
 

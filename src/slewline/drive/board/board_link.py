@@ -102,7 +102,7 @@ class Link(Outbox):
     # ----------------------------------------------------------------------------------------------------------- state
     @property
     def lost_events(self) -> int:
-        """The number of events since opening that the board has discarded and cannot repeat."""
+        """The number of events that the board has discarded since it was opened, and cannot repeat."""
         return self._events.lost
 
     @property

@@ -38,9 +38,9 @@ class BoardModel(NamedTuple):
 
     `number`: the board field of the board's IDENT.  `hz`: ticks per second.  `slots`: records in its queue.
     `shortest`: the minimum number of ticks between two steps.  Values that a board reports itself (IDENT)
-    take precedence.  `high`, `low`: the minimum number of ticks for which STEP is high and low, up to 45,000
-    steps/s; `setup`, `hold`: the minimum number of ticks for which DIR is stable before and after STEP
-    rises.
+    take precedence.  `high`, `low`: the minimum number of ticks for which STEP is high and low, at rates up
+    to 45,000 steps/s; `setup`, `hold`: the minimum number of ticks for which DIR is stable before and after
+    STEP rises.
     """
 
     number: int
@@ -131,8 +131,8 @@ def board_of(ident: Ident) -> BoardModel:
     """Return the row that describes a board, found by the board's IDENT.
 
     Raises:
-        UsageError: the firmware has another version, the board is unknown, or its clock differs from the one
-            in its row.
+        UsageError: the firmware does not have the version that this slewline needs, the board is unknown, or
+            its clock differs from the one in its row.
     """
     if ident.version != VERSION:
         raise UsageError(

@@ -27,8 +27,8 @@ class SentFrame:
 class EventOrder:
     """The events of a board, each once and in order, starting with number `first`.
 
-    `lost` counts the events that the board has discarded; `asked` has, for each missing
-    event already requested, the earliest time (ns) of the next request; it is keyed by number.
+    `lost` counts the events that the board has discarded; `asked`, keyed by event number, has
+    the earliest time (ns) of the next request for each missing event that was already requested.
     """
 
     def __init__(self, first: int) -> None:

@@ -72,7 +72,7 @@ class Outbox:
         self._put(FrameKind.START, wire.start_payload(tick))
 
     def restart(self, tick: int) -> None:
-        """Start the records on the board at a tick, before more are sent; a START is needed to free their slots."""
+        """Start the board's records at a tick, before more are sent; slots become free only after this START."""
         if self.is_open:
             self._commands.insert(self._sent, BoardCommand(FrameKind.START, wire.start_payload(tick)))
 

@@ -102,7 +102,7 @@ class BoardTwin(MovingTwin):
             self._show(tick)
 
     def checked(self, counted: int, right: bool, tick: int) -> None:
-        """End a self-test in which `counted` pulses came back; `right`: True if as many were sent."""
+        """End a self-test in which `counted` pulses came back; `right`: True if that is the number sent."""
         self.run(tick)
         self._report_event(Happening.CHECKED, 0 if right else 1, tick, counted)
 

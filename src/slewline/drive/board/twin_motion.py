@@ -102,7 +102,7 @@ class MovingTwin:
         return None
 
     def set_input(self, number: int, level: int, tick: int) -> None:
-        """Sample the level of an input at a tick; if several change together, call this in ascending order."""
+        """Sample the level of an input at a tick; if several change together, call this in order of `number`."""
         self.run(tick)
         if self.inputs >> number & 1 == bool(level):
             return

@@ -123,7 +123,7 @@ class EnableOff(IntEnum):
 
 
 class ResetFlag(IntFlag):
-    """Flags of RESET: POSITION: it sets the count; KNOWN: it is the motor's position; POWER: power may be on."""
+    """Flags of RESET; POSITION: set the count; KNOWN: the count is the motor's position; POWER: allow power."""
 
     POSITION = 1
     KNOWN = 2
@@ -174,8 +174,8 @@ class BoardEvent(NamedTuple):
 class Ident(NamedTuple):
     """The properties of a board.
 
-    `slots`: records that its queue holds; `tail`: entries that its stop ramp holds; `room`: the most bytes
-    of unanswered frames; `shortest`: shortest interval between steps, in ticks; `hz`: ticks per second.
+    `slots`: records that its queue holds; `tail`: entries that its stop ramp holds; `room`: the maximum total length of
+    unanswered frames, in bytes; `shortest`: shortest interval between steps, in ticks; `hz`: ticks per second.
     """
 
     wanted: int

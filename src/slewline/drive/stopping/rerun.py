@@ -19,7 +19,7 @@ class Cause(NamedTuple):
     lead_ps: int = 0  # time from the first input to the stop of the motor
 
     def at(self, instant: int) -> list[dict[str, Any]]:
-        """Return the inputs, the first moved so as to stop the motor at an instant (ps); none precedes the first."""
+        """Return the inputs, the first shifted to stop the motor at an instant (ps), and none before the first."""
         first = instant - self.lead_ps
         return [
             {**entry, "t": first if number == 0 else max(int(entry["t"]), first)}
@@ -39,7 +39,7 @@ class Rewound(NamedTuple):
 
 
 def following(tried: Mapping[int, Rewound], times: Sequence[int]) -> int | None:
-    """Return the instant to try next (ps): between the latest try that was too early and the earliest too late.
+    """Return the next try (ps): between the latest that was too early and the earliest that was too late.
 
     If no try was too early, or none too late, move from the last try by the number of missing steps; return
     None if the motion has no step there.

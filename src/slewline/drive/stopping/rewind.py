@@ -4,15 +4,15 @@
     board     ......| stops at k                 by its reflex, immediately, and reports the instant
     rewound         |....... now'                another bench, in which the pin changed at m; it stops at k by itself
 
-Meanwhile the motor is at rest.  No output that the first run made after m has left the cable.  *The count overrides the
-time stamp*: if the chip samples the pin between the time stamp and the step, the model would make one step more or
+Meanwhile the motor is at rest.  All output that the first run made after m is still in the cable.  *The count overrides
+the time stamp*: if the chip samples the pin between the time stamp and the step, the model would make one step more or
 fewer than the board made; the input is then moved past the next sample, until the counts agree.  If no instant leads to
 the board's count, the run with the nearest count is used, and the position register is set to the position of the
 motor.  If the chip does not stop, or going back would take longer than is allowed, or the time stamp is older than the
 last rest, the chip is stopped at the present, and takes over the count of the board: the finding is `late-input`.
 
-A host command that acts immediately (`at_once` of its row) bypasses the horizon on its way to the board;
-going back moves the command like an input.  An input that holds the motor counts as an input that
+A host command that acts immediately (`at_once` of its row) bypasses the horizon on its way to the board; going back
+shifts the instant of the command, as it does that of an input.  An input that holds the motor counts as an input that
 stops it: in the other run the chip itself holds the motor, and continues when the input is released.
 """
 
@@ -236,7 +236,7 @@ class Rewind:
         return self.stop is None and self.otherwise.settled
 
     def clear(self) -> None:
-        """Release a chip stopped without going back; discard the known input levels: changes may be unreported."""
+        """Release a chip that was stopped without going back; discard input levels: changes may be unreported."""
         self.levels.clear()
         self.otherwise.clear()
 

@@ -92,7 +92,7 @@ def below(up: Runs, interval: int) -> int:
 
 
 def fast(leg: Leg, step: int, slow: int) -> int:
-    """Return the number of steps of a leg, from step `step` of the plan on, whose interval is not `slow`."""
+    """Return how many steps of a leg, from step `step` of the plan on, have an interval other than `slow`."""
     return sum(count for each, count in tail(leg.runs, step - leg.first) if each != slow)
 
 

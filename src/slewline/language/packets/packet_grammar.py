@@ -148,7 +148,7 @@ def fields(word: int, bits: Iterable[Bits]) -> dict[str, int]:
 
 
 def shown(word: int, bits: Iterable[Bits]) -> str:
-    """Return a status or mode word as text: names of bits that are 1, and of nonzero fields with their values."""
+    """Return a status or mode word as text: the names of bits that are 1, and nonzero fields with their values."""
     found = [(each, each.of(word)) for each in bits]
     return " ".join(f"{each.name}={value}" if each.width > 1 else each.name for each, value in found if value)
 

@@ -106,7 +106,7 @@ class Decoder(Generic[L_co]):
         return found
 
     def kept(self, data: bytes, at: int, ascii: bool) -> int:
-        """Return how many bytes from index `at` on need only be stored: none ends a command or is a mistake."""
+        """Return how many bytes from index `at` on need only be stored, as none ends a command or is a mistake."""
         begin, state, left = at, self._state, len(data) - at
         if self.at_letter:
             row = (self._in_ascii if ascii else self._in_binary).get(data[at])
@@ -156,7 +156,7 @@ class Decoder(Generic[L_co]):
         return None
 
     def _foreign_byte(self, byte: int, ascii: bool, before: TextRow | None) -> None:
-        """Process a byte in place of a command letter (upper case); `before`: a command just ended without CR."""
+        """Process a byte other than the expected letter (upper case); `before`: a command just ended without CR."""
         if ascii and byte == CR:
             if before is not None and self.dialect.line_ends:
                 self._note("q-terminated", f"a carriage return after {before.form}, which ends by itself")

@@ -1,4 +1,4 @@
-"""The common base of dialects in which a command is a letter and its arguments: signs, and the bytes on the wire."""
+"""The base of both dialects in which a command is a letter with arguments: special characters, bytes sent."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ END = bytes([CR])
 
 
 class TextDialect(Dialect[TextRow]):
-    """A dialect whose commands are a letter and its arguments; the attribute for a sign that it lacks is ""."""
+    """A dialect whose commands are a letter and its arguments; attributes for characters that it lacks are ""."""
 
     streams = True
     row_type = TextRow

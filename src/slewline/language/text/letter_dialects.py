@@ -1,4 +1,4 @@
-"""The two dialects in which a command is a letter and its arguments: reading lines, storing programs."""
+"""The two dialects in which a command is a letter and its arguments: reading of lines, storage of programs."""
 
 from __future__ import annotations
 

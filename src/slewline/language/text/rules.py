@@ -40,7 +40,7 @@ def nested(source: Source) -> Iterator[tuple[Statement, Statement]]:
 
 
 def loops(source: Source) -> None:
-    """Report nested loops, since the part has only one loop count, and loops that run only once."""
+    """Report loops that run only once, and nested loops, since the part has only one loop count."""
     others = [row for row in source.sheet.commands if row.stored and row.flow in FURTHEST and row.role != "loop"]
     alternatives = listed(sorted(others, key=lambda row: FURTHEST.index(row.flow)))
     for outer, inner in nested(source):

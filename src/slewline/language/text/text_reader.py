@@ -193,7 +193,7 @@ class TextReader(Reader):
     def into_range(self, row: Row, arg: Arg, number: int) -> str:
         """Return the remedy for a number out of range: the nearest allowed number.
 
-        For a branch target, it names the listing that shows the possible addresses instead.
+        For a branch target, the remedy instead names the listing that shows the possible addresses.
         """
         if "t" in row.flow and arg is row.args[-1]:
             return "a target is the address of an instruction of this program, as slewline asm lists them"

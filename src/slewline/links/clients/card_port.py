@@ -55,10 +55,10 @@ class CardPort(ChipsetPort):
         """Repeat a request until a status bit has a given value; return the status.
 
         Args:
-            request: the first byte of a request whose answer is the status; the second is the time to wait.
+            request: the first byte of a request whose answer is the status; its second byte is the time to wait.
             ms: the longest wait, in milliseconds of chip time.
             bit: the mask of the bit.
-            wanted: the value of the status under this mask.
+            wanted: the value that the status must have under this mask.
 
         Raises:
             TimeoutError: the bit does not change in time.

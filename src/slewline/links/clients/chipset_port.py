@@ -133,7 +133,7 @@ class ChipsetPort:
             raise
 
     def _version(self) -> int:
-        """Return the server's answer to HELLO, its version (plus LOCKSTEP in lockstep); OLDER for an older server."""
+        """Return the answer to HELLO: the server's version (plus LOCKSTEP in lockstep); OLDER for an older server."""
         if self.hello is None:
             answer = self._exchange(bytes((HELLO, VERSION)), 1)[0]
             self.hello = OLDER if answer & ~LOCKSTEP < VERSION else answer

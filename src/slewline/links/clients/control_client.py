@@ -187,7 +187,7 @@ class ControlClient:
 
 
 def reach(address: str, token: str | None = None) -> None:
-    """Check that a control port answers at an address, HOST:PORT, so that an error precedes any display.
+    """Check that a control port answers at HOST:PORT, so that errors are reported before anything is displayed.
 
     Raises:
         UsageError: no control port answers, or the token is missing or wrong.

@@ -1,4 +1,4 @@
-"""The relay between a client and the process of a branch, a run that began with a return to the past."""
+"""The relay between a client and the process of a branch (a run that began with a return to the past)."""
 
 from __future__ import annotations
 

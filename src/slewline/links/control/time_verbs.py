@@ -69,7 +69,8 @@ class TimeVerbs(Verbs):
     def outcome(self, met: bool, condition: Condition) -> Data:
         """Return the reply to a wait: whether its condition was met and, if not, the reason.
 
-        The reason consists of the faults of the condition, and the activity of each busy chip and part.
+        The reason consists of an error in the condition, if any (such as an address where no instruction
+        begins), and the activity of each busy chip and part.
         """
         if met:
             return {"met": True}
@@ -151,7 +152,7 @@ class TimeVerbs(Verbs):
         return {"breakpoints": [*map(str, breakpoints.conditions)], "rows": breakpoints.rows}
 
     def do_back(self, request: Data) -> None:
-        """Go back to a past instant of the branch in the request, by default of the current branch."""
+        """Go back to a past instant of the branch that the request names, by default the current branch."""
         at = moment(request["time"])
         self.server.branches.back(at, request.get("branch"), self.client.answer_later(request))
 

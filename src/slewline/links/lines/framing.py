@@ -5,7 +5,7 @@ host computer that performs the handshake on behalf of the program at the far en
 
     R 100            a command, as in a program file; it is sent as fast as the chip accepts it
     ?0 ... ?3        read a verify group, through PROG/LIVE if a program is running; answer:  ?3 4E 20 47
-    ?                query whether commands are still to be sent or accepted: ? busy, or ? ready
+    ?                query whether the chip accepts a command now; answer:  ? ready, or ? busy
     !                discard pending commands and queries; the answer is !
 
 Lines end with CR or LF, answers with CR LF.  Answers come in the order of the queries, except those to

@@ -3,7 +3,7 @@
     module --- sent at 12.0 ms ---> | gate |  ... a cable's delay later ---> delivered: the host has it
 
 Without a gate, data is delivered immediately.  A bench that has gone back to an earlier instant
-produces all data after that instant again.  Data of this new run that was already delivered is not sent
+produces all data after that instant again.  Data already delivered in the former run is not sent
 again; the rest goes to the gate, where it replaces the data of the former run that is still delayed.  So
 a host receives no byte twice, and no byte that was withdrawn before delivery.
 """

@@ -21,7 +21,7 @@ class AnyLine(Protocol):
         """Rate of the line, baud; None if the line has no rate."""
 
     def attach(self, name: str, host: Callable[[bytes], int], resume: Callable[[], object]) -> None:
-        """Connect a host: `host` sends it bytes and returns the number dropped; `resume` reads more bytes from it."""
+        """Connect a host: `host(data)` sends bytes to it, and returns the number dropped; `resume()` reads more."""
 
     def leave(self, why: str) -> None:
         """Disconnect a host that has left; `why` is the reason."""

@@ -46,7 +46,7 @@ class RequestLine(HostLine):
         self._part = bench.parts[self._part.name]
 
     def answer(self, answers: Callable[[Any, Any], bytes], work: Request[Any] | None = None) -> None:
-        """Queue the answer to a request of the present host; drop the answer if that host has left by then.
+        """Queue the answer to a request of the present host; drop that answer if the host leaves first.
 
         Args:
             answers: returns the answer, given the part and the executed request `work`.

@@ -90,7 +90,7 @@ class HostLine:
 
     # ---------------------------------------------------------------------------------------------------- the host
     def attach(self, name: str, host: Callable[[bytes], int], resume: Callable[[], object]) -> None:
-        """Connect a host: `host` sends it bytes and returns the number dropped; `resume` reads more bytes from it."""
+        """Connect a host: `host(data)` sends bytes to it, and returns the number dropped; `resume()` reads more."""
         self.host, self.host_name, self.resume = host, name, resume
         self.log.event(self.name, f"{name} is connected")
 
@@ -188,7 +188,7 @@ class HostLine:
         """Record the rate (baud) that a host has set on its port; it has no effect on the line."""
 
     def note(self, direction: str, data: bytes) -> None:
-        """Write bytes that were transferred in a direction ("<" or ">") into the transcript."""
+        """Write into the transcript the bytes that were transferred in a direction ("<" or ">")."""
         self.log.characters(self.name, direction, data)
 
     def feed(self, data: bytes) -> None:
@@ -316,7 +316,7 @@ class ConnectorLine(HostLine):
             self.log.event(self.name, "the chip only receives on this line: it never answers")
 
     def opened_at(self, baud: int) -> None:
-        """Record the rate (baud) that a host has set on its port; unlike on a cable, it has no effect."""
+        """Record the rate (baud) that a host has set on its port; unlike on a real cable, it has no effect."""
         self.port.opened_at(baud)
 
     def feed(self, data: bytes) -> None:
@@ -359,7 +359,7 @@ class ConnectorLine(HostLine):
     def quiet(self) -> bool:
         """Return whether every character has been sent to the chip, and no answer is in transit.
 
-        While the chip waits for one of its other hosts, characters that wait for CTS do not count.
+        While the chip waits for a host on another line, characters that wait for CTS do not count.
         """
         if self.coming or not (self.uart.idle or self._waits_for_rate()):
             return False

@@ -12,7 +12,7 @@ The circuit in the manual has no EOI.  The controller only knows the end of the 
 command has selected for reading, and treats the last byte of the group as if it carried EOI.  A read
 ends at this byte, at the byte that ++read names, or when no byte has arrived for read_tmo_ms.  If no
 group has been selected, the controller reads one byte, because the chip still sends one; the chip
-reports this.
+reports such a read as a finding.
 """
 
 from __future__ import annotations

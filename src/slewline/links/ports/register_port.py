@@ -18,11 +18,12 @@ byte, in the order of the requests:
                      series failed
     other    not a request                                               FF, as from an empty address
 
-A series is one message, one input of the board and one answer, and takes a fraction of the time that
-its requests would take singly.  A failed wait ends it: the remaining requests are not executed, and
-each is answered with FF.  So a host may send further requests before it has an answer, as if every
-wait had succeeded, and learns afterwards at which wait a real program would still be polling.  A
-series and the ON messages that continue it are executed as one series if they arrive together.
+A series is one message, counts as one input to the board, and is answered by one message; it takes a
+fraction of the time that its requests would take singly.  A failed wait ends it: the remaining
+requests are not executed, and each is answered with FF.  So a host may send further requests before it
+has an answer, as if every wait had succeeded, and learns afterwards at which wait a real program would
+still be polling.  A series and the ON messages that continue it are executed as one series if they
+arrive together.
 
 A host may send the next request before it has the answer to the previous one: a whole packet of
 requests, including their waits, takes one round trip.  Requests are executed one after another; each
@@ -189,7 +190,7 @@ class RegisterLine(RequestLine):
         return bytes([access.result])
 
     def _note(self, offset: int, byte: int, ps: int) -> None:
-        """Write a byte that was read into the transcript, unless it is a status equal to the last status read."""
+        """Write into the transcript a byte that was read, unless it is a status equal to the last status read."""
         if self.silent:
             return
         if offset != self.status or byte != self.shown:
@@ -232,7 +233,7 @@ class RegisterLine(RequestLine):
 
 
 def placed(layout: Layout) -> str:
-    """Return the register offsets of a board, for the greeting; "" if usual, or if it has no command register."""
+    """Return a board's register offsets for the greeting; "" if they are usual, or without a command register."""
     if layout.offset(COMMAND) is None or (layout.reads, layout.writes) == (PMD.reads, PMD.writes):
         return ""
     found = {name: offset for each in (layout.reads, layout.writes) for offset, name in each.items()}
@@ -266,7 +267,7 @@ class RegisterPort(TcpPort):
     line: RegisterLine
 
     def catch_up(self) -> None:
-        """Pass to the board everything that the host has sent so far; run the time that this takes, up to a limit.
+        """Pass to the board everything that the host has sent so far; let time run until it is done, up to a limit.
 
         In lockstep a host need not wait for answers.  This ensures that a later request to another port is
         executed after all requests already sent to this one.

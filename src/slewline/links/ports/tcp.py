@@ -11,10 +11,10 @@ another host connects.  A host that disappears (a cable unplugged, a machine swi
 keepalive probes.
 
 The next host does not wait long: of the bytes still to be sent to the chip when it connects, at most
-`REMAINS` are kept, up to the end of a line; the rest is dropped, and reported.  The server detects
-that a host has closed only after reading its last byte; so when another host connects, the bytes of
-the first one are read ahead.  If more than `AHEAD` are waiting, the first host is disconnected, whether
-it has closed or not.
+`REMAINS` are kept, up to the end of a line; the rest is dropped, and reported.  The server cannot
+detect that a host has closed before it has read that host's last byte; so when another host connects,
+the bytes of the first one are read ahead.  If more than `AHEAD` are waiting, the first host is
+disconnected, whether it has closed or not.
 """
 
 from __future__ import annotations
@@ -189,7 +189,7 @@ class Session:
         self.port.pump()
 
     def fed(self) -> None:
-        """Accept more bytes, as some have gone to the line; after the host's last byte, wait for the answers."""
+        """Accept more bytes, because some have gone to the line; after the host's last byte, wait for the answers."""
         self.stream.resume()
         if self.stream.at_end and not self.characters and not self.answering:
             self.answering = True
@@ -330,7 +330,7 @@ class TcpPort(Closing):
 
     # --------------------------------------------------------------------------------------------------------- turns
     def resume(self) -> None:
-        """Resume passing bytes, because the line has room again; may be called in the middle of a virtual instant."""
+        """Resume passing bytes, as the line has room again; may be called while the bench processes an instant."""
         self.full = False
         self.loop.ask(self.pump)
 

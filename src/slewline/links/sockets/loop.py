@@ -76,7 +76,7 @@ class Loop:
 
     # ------------------------------------------------------------------------------------------------------ running
     def sleep(self, pause: float | None) -> list[Ready]:
-        """Send written bytes; wait up to `pause` s (None: no limit) or until a timer; return ready descriptors."""
+        """Send queued bytes; wait up to `pause` s (None: no limit) or for a timer; return ready descriptors."""
         dirty, self.dirty = self.dirty, []
         for flush in dirty:
             flush()

@@ -79,7 +79,7 @@ def classes(form: str) -> list[str]:
 
 
 def nested(bytes_: list[str]) -> str:
-    """Return a regular expression for any beginning of a sequence of bytes: for a, b, c, a(?:b(?:c)?)?."""
+    """Return a regular expression for any beginning of a sequence of bytes: a(?:b(?:c)?)? for abc."""
     return "(?:".join(bytes_) + ")?" * (len(bytes_) - 1)
 
 

@@ -25,8 +25,8 @@ class SocketStream:
         take: called with received bytes.
         gone: called once, with the reason, when the other side has disconnected.
         ended: called when no more bytes will come; then output continues until `finish`.  If the host stops
-            reading, bytes that it has already sent are still received.  None: the host then counts as
-            disconnected in both cases.
+            reading, bytes that it has already sent are still received.  If `ended` is None, the host counts
+            as disconnected in both cases.
         room: returns the number of bytes that may be read now; 0 stops reading until `resume`, or until the
             output queue is sent.
         queue: the size of the output queue, in bytes.

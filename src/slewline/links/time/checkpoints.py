@@ -89,7 +89,7 @@ class Checkpoints:
             self._thin_out()
 
     def _thin_out(self) -> None:
-        """Remove, of the checkpoints without pending orders, the one with the least work between its neighbours."""
+        """Remove one checkpoint without pending orders: the one whose neighbours have the least work between them."""
         marks = self.marks
         idle = [n for n in range(1, len(marks) - 1) if not marks[n].waiting]
         if idle:

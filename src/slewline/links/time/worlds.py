@@ -160,7 +160,7 @@ class World:
             os._exit(0)
 
     def grow_up(self) -> None:
-        """End the grace period: from now on, this world is deserted unless the server that started it is connected."""
+        """End the grace period: this world now counts as deserted unless the server that started it is connected."""
         self.known = True
 
     def deserted(self) -> bool:

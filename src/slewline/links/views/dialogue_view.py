@@ -36,7 +36,7 @@ class Dialogue:
     """The dialogue entries of a bench, recorded from the creation of this object.
 
     Args:
-        names: for each line, the sender's name to show, keyed by the name of the part at the line's end.
+        names: the sender's name to show for each line, keyed by the name of the part at the line's end.
     """
 
     def __init__(self, bench: Bench, names: Mapping[str, str]) -> None:
@@ -86,7 +86,7 @@ class Dialogue:
         return [plain(entry) for entry in islice(self.entries, max(number - first, 0), None)], max(first - number, 0)
 
     def changed(self, touched: int, number: int) -> Iterator[Entry]:
-        """Yield the entries numbered `number` or higher, and older ones that grew after the change count `touched`.
+        """Yield the entries numbered `number` or higher, and older ones whose change count is above `touched`.
 
         The newest entries come first.
         """

@@ -1,7 +1,8 @@
 """Signals in a window, reduced to the columns of a picture, at a cost independent of the window's length.
 
-A pin with few edges is sent edge by edge; a pin with many edges as one character per column, each found by a single
-search in the log, however many edges the column has.  A long window is cached in cells (`cells.py`):
+A pin with few edges is sent edge by edge; a pin with many edges as one character per
+column.  A single search in the log finds this character, however many edges the column has.  A long
+window is cached in cells (`cells.py`):
 
     edges     _|‾|_|‾|_|‾|_|‾‾‾‾‾‾‾‾‾‾|___________
     columns   x    x    x    1    1    0    0

@@ -26,7 +26,7 @@ class TimedAnswer:
 
     @property
     def delay_us(self) -> float | None:
-        """Time from the end of the last character sent to the first one of the answer (µs); None without an answer."""
+        """Time (µs) between the end of the host's last character and the answer's first; None without an answer."""
         return None if self.first_us is None else self.first_us - self.over_us
 
     @property

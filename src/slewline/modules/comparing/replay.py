@@ -87,7 +87,7 @@ class ModelReplay(ModelLine):
             self.port.write(data)
 
     def _wait(self, exchange: RecordedExchange, answer: ModelAnswer, offset_us: float) -> None:
-        """Run the model until its answer has as many lines as the recorded one (if any), or is `LATE_US` late."""
+        """Run the model, if an answer was recorded, until its answer has as many lines, or is `LATE_US` late."""
         if exchange.last_us is not None:
             limit_us = max(exchange.last_us + offset_us, answer.over_us) + LATE_US
             lines = exchange.answer.count(CR)
@@ -100,7 +100,7 @@ class ModelReplay(ModelLine):
         return sum(each.byte == CR[0] for each in self.received) >= lines
 
     def _take(self, answers: list[ModelAnswer]) -> None:
-        """Store, in the last of these answers, if any, all characters and findings since the last line was sent."""
+        """Fill the last of these answers, if any, with all characters and findings since the last line was sent."""
         for answer in answers[-1:]:
             answer.findings = list(self.found)
             answer.answer = bytes(each.byte for each in self.received)

@@ -249,7 +249,7 @@ def free(path: str | PathLike[str], what: str, same: str | None = None) -> Path:
     If the usual path exists, `what` is followed by a number, which is increased until the path is free.
 
     Args:
-        same: a text; the path of an existing file with exactly this text counts as free, too; None: no text.
+        same: unless None, the path of an existing file with exactly this text counts as free, too.
     """
     for number in count(1):
         found = beside(path, what if number == 1 else f"{what}-{number}")

@@ -1,6 +1,6 @@
 """Reading of a program: from a listing, from a memory (line by line), or from the bytes of a buffer.
 
-A program is read until two readings agree, because a line without checksums does not reveal every fault.
+A program is read until two readings agree, because a serial line without checksums may hide a fault.
 """
 
 from __future__ import annotations
@@ -44,8 +44,9 @@ def agreed(where: str, read: Callable[[], T | None], alone: Callable[[T], bool] 
         alone: returns whether a result needs no second reading.
 
     Raises:
-        ListingDiffers: no two readings agree.
-        NoAnswer, DamagedAnswer: no two readings agree, and some failed; or two failed in the same way.
+        ListingDiffers: no two readings agree, and none failed.
+        NoAnswer, DamagedAnswer: no two readings agree, and at least one failed; or two failed readings
+            received the same characters.
     """
     failure: ModuleFailure = ListingDiffers(
         f"{where}: {READINGS} readings, of which no two agree; check the line for noise"

@@ -136,8 +136,8 @@ class MemoryWriter:
     If program entry were not open, the module would execute the instructions.  So two queries are sent
     before an instruction that may step the motor.  If entry is not open, the module answers the queries.  If
     entry is open, the queries are stored where the preceding group will end; that group is written later,
-    and overwrites them.  The queries before the first group are stored at the end of the memory, if the
-    memory is erased there.
+    and overwrites them.  If the first group needs queries, these are stored at the end of the memory,
+    because its addresses wrap round; the memory must be erased there.
     """
 
     def __init__(self, restore: Restore) -> None:
@@ -304,7 +304,7 @@ def write_memory(restore: Restore) -> None:
 
 
 def send(restore: Restore) -> None:
-    """Send a program, unless the module already holds it, and the commands that precede and follow the program.
+    """Send a program and the commands before and after it; skip the program if the module already holds it.
 
     The commands and the program are verified as far as possible.
 

@@ -189,7 +189,7 @@ class ChipPane(OfChip):
         return rows
 
     def many(self, pin: dict[str, Any]) -> bool:
-        """Return whether, on an axis other than the first, a pin with the same role as this pin is shown."""
+        """Return whether a pin with the same role as this pin is also shown on an axis other than the first."""
         return bool(pin["role"]) and any(other["role"] == pin["role"] and other["axis"] > 1 for other in self.shown())
 
 
@@ -209,7 +209,7 @@ def active_style(pin: dict[str, Any], level: int | None) -> str:
 
 
 def shown_value(key: str, value: Any) -> str:
-    """Return one value of a part's state as text: the rows of a display, or any other value after its name."""
+    """Return one value of a part's state as text: the rows if it is a display text, otherwise name and value."""
     if key == "text" and isinstance(value, list):
         return "│".join(["", *map(str, value), ""])
     return f"{key} {value:.6g}" if isinstance(value, float) else f"{key} {value}"

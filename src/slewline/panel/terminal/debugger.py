@@ -164,7 +164,7 @@ class Debugger(App[None]):
             self.exit()
 
     def draw_title(self) -> None:
-        """Draw the first row: name, reason for the pause or pending wait, instant, state, rate, branch."""
+        """Draw the first row: name, reason for the pause (or the pending wait), instant, state, rate, branch."""
         session = self.session
         why = session.why or (f"waiting: {session.doing}" if session.doing else "")
         state = "■ paused " if session.paused and not session.doing else "▶ running"
@@ -176,7 +176,7 @@ class Debugger(App[None]):
         self.write("#title", Content.assemble((left, "bold"), line(room, f"  {why}"), (right, "bold")))
 
     def write(self, where: str, text: Content) -> None:
-        """Write a text into the row of the widget with the selector `where`, if the row has a different text."""
+        """Write a text into the row of the widget with the selector `where`, unless the row already has that text."""
         if self.written.get(where) != text.plain:
             self.written[where] = text.plain
             self.query_one(where, Static).update(text)

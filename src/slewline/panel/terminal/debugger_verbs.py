@@ -333,7 +333,7 @@ def explained(session: DebugSession, text: str) -> str:
 
 
 def of_command(session: DebugSession, text: str) -> dict[str, Any] | None:
-    """Return the data sheet row of the selected chip for the command that begins a text; None if there is none.
+    """Return the selected chip's data sheet row for the command at the start of a text; None if there is none.
 
     The command with the longest matching form is preferred; if no form matches, the first command whose name
     begins with the text is returned.

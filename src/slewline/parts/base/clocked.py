@@ -37,8 +37,8 @@ class Clocked(Follower):
         edge: the active edge: 0 falling, 1 rising.
         steers: the names of the pins that decide the effect of a clock edge.
         acts: the names of those steering pins that also act while the clock has no edges.
-        advance: a function that processes the edges of the clock up to an instant (ps); after that the clock
-            counts as stopped until `follow` is called.
+        advance: a function that processes the edges of the clock up to an instant (ps); after that, the part
+            treats the clock as stopped until `follow` is called.
         step: a function that handles a clock edge that occurs now and was not promised.
         follow: a function that receives the promised clock edges from now on, and promises the outputs.
 

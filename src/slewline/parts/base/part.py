@@ -147,7 +147,7 @@ class Part(Component):
 
     @formerly(description="says")
     def add_bus(self, name: str, description: str, *, role: str = "") -> Terminal:
-        """Make an eight-wire bus pin, and return it; its driver drives the bus to (mask, value), or None: it floats."""
+        """Make an eight-wire bus pin, and return it; its driver takes (mask, value), or None to let the bus float."""
         terminal = Terminal(
             self.name,
             Pin(len(self.pins) + 1, name, "both", description, role=role),
@@ -208,7 +208,7 @@ class Part(Component):
         """Drop the values that the part's quantities had before an instant (ps)."""
 
     def keep_recent(self, what: bytearray | list[Any]) -> Recent:
-        """Keep only the recent elements of a list or bytearray that grows at its end, as set by `Bench(keep=)`.
+        """Keep only the recent elements, as set by `Bench(keep=)`, of a list or bytearray that grows at its end.
 
         Returns:
             A `Recent`, which also counts the dropped elements.

@@ -141,7 +141,7 @@ class Board(Part):
         """Perform the next bus cycle, which begins within one clock from now, and return the byte written or read.
 
         Without a byte it is a read cycle; the byte is read at the end of clock 4.  Edges of the cycle may be
-        promised, so that this returns before the cycle ends.
+        promised; the call then returns before the cycle ends.
 
         Args:
             register: the name of a register that the layout provides for this access.
@@ -150,7 +150,7 @@ class Board(Part):
         raise NotImplementedError
 
     def _access(self, offset: int, byte: int | None, port: int | None = None) -> Awaitable[int]:
-        """Perform a cycle at an offset from the base, even without a register; return the byte written or read.
+        """Perform a cycle at an offset from the base, even one without a register; return the byte written or read.
 
         `byte` is the byte to be written, or None to read; `port` is the full address, if known.
         """
@@ -233,7 +233,7 @@ class Board(Part):
         return byte
 
     async def _poll(self, ps: int) -> int:
-        """Read the status, like a polling loop, until bit 7 is 1 or `ps` have passed; return the last status."""
+        """Poll the status until bit 7 is 1, for at most `ps` picoseconds; return the last status."""
         end = self._began + ps
         while not met(POLL, byte := await self._look()) and self._began < end:
             await self._ready_within(POLL_PS)

@@ -207,7 +207,7 @@ class Lcd(Shows, Part):
             self.finding("display-garbled", f"{character.byte:#04x} has no stop bit; check the baud rates")
 
     def _take(self, byte: int) -> None:
-        """Process a character; characters that may begin a parameter count as text until the parameter is complete."""
+        """Process a character; characters that may begin a parameter are shown as text until it is complete."""
         self._pending.append(byte)
         if match := PARAMETER.fullmatch(self._pending):
             self.parameters[match[1].decode()] = match[2].decode()

@@ -234,7 +234,7 @@ class PacketHost(Host):
 
     # ---------------------------------------------------------------------------------------------- single operations
     def write_command(self, byte: int, timeout: Time = "5 s", **how: Any) -> None:
-        """Write a single command byte; return at the end of its operation, before the chipset's busy time.
+        """Write a single command byte; return at the end of the write operation, before the chipset's busy time.
 
         Args:
             how: `low` is the duration of the strobe, and `gap` the pause between two strobes; with `ready=False`
@@ -325,7 +325,7 @@ class PacketHost(Host):
 
     @from_outside
     def poll(self, chip: str, axis: int, bit: str, every_ps: int) -> Request[int]:
-        """Queue polling of an axis's status word until `bit` (as for `wait`) is true; the result is the word."""
+        """Queue a request that polls an axis's status word until `bit` (as for `wait`) is true; it returns the word."""
         port = served(self.name, self.ports, chip)
         self.input("poll", chip, axis, bit, every_ps)
         return self.queue.submit(f"{bit} of {chip}", lambda: port.until_status(bit, every_ps, axis))

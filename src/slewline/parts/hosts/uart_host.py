@@ -1,4 +1,4 @@
-"""Common code of hosts on a serial line: their UART drops characters, frees the line, reports its activity."""
+"""Code shared by hosts on a serial line: dropping queued characters, freeing the line, reporting activity."""
 
 from __future__ import annotations
 

@@ -68,8 +68,8 @@ class Noise:
     Args:
         bits: the number of data bits.
         kinds: possible faults of a character.
-        spared: the index of a data bit that is never garbled, such as one that a checksum does not cover
-            (0: the lowest bit); None: any bit may be garbled.
+        spared: the index (0: the lowest bit) of a data bit that is never garbled, such as a bit that a
+            checksum does not cover; None: any bit may be garbled.
     """
 
     def __init__(self, bits: int, kinds: tuple[str, ...] = KINDS, spared: int | None = None) -> None:

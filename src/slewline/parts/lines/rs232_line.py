@@ -88,8 +88,8 @@ class LineDirection:
 class Rs232Line(Part):
     """A line with planned faults: lost and garbled characters, wrong parity, missing stop bits, and a break.
 
-    bench.host(x, line=line) puts the line between a host and its modules.  For another
-    connector y, bench.part(..., to=y) wires the line to y, and bench.connect(line, [x]) to the modules.
+    bench.host(x, line=line) puts the line between a host and its module x.  For a connector y that is not a
+    host's, bench.part(..., to=y) wires the line to y, and bench.connect(line, [x]) wires it to module x.
     """
 
     _for_users = ("plan", "clear", "send_break", "way")

@@ -88,7 +88,7 @@ class Bar(Part):
 
 
 class Drill(Part):
-    """A drill that CLOCK and DIR lower (clockwise) and lift; its spindle turns while `motor` is high."""
+    """A drill lowered (clockwise) and lifted by CLOCK and DIR; its spindle turns while `motor` is high."""
 
     _for_users = ("position", "gap")
     wiring = MappingProxyType({**STEP_WIRING, "motor": "output2"})

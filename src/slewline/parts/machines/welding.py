@@ -65,7 +65,7 @@ class Workpieces(Part):
                 self._next()
 
     def shows(self) -> dict[str, Any]:
-        """Return the number of workpieces, of finished workpieces, and of welds that the present one still needs."""
+        """Return the numbers of all and of finished workpieces, and of welds still to be made on the present one."""
         return {"pieces": self.pieces, "finished": self.finished, "left": self.left}
 
     @property

@@ -150,8 +150,8 @@ class Eeprom(Part):
     """An EEPROM of up to 64K bytes on the bus of a chip.
 
     Writing a byte takes `write_time`; meanwhile a read returns that byte with bit 7 inverted (data polling).
-    Written bytes are flushed to the store together, once the oldest of them is `flush` old, since each
-    flush waits a few milliseconds for the disk, about as long as the part takes to write a byte.
+    Written bytes are flushed to the store together, when the oldest of them is `flush` old: each flush waits
+    a few milliseconds for the disk, which is about as long as the part takes to write a byte.
 
     Args:
         size: the size in bytes, a power of two from 2048 to 65536; None: the size of the image if memories
@@ -219,7 +219,7 @@ class Eeprom(Part):
         self.flush()
 
     def _shown(self) -> int:
-        """Return the byte at the address; but while a byte is being written, that byte with bit 7 inverted."""
+        """Return the byte at the address, or, during a write, the byte being written with its bit 7 inverted."""
         return self._core.byte if self.writing is None else self.writing[1] ^ POLLED
 
     def _write(self, byte: int) -> None:

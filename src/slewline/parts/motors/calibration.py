@@ -209,7 +209,7 @@ def _comes_to(law: MotorLaw, rate: float) -> bool:
 
 
 def _sweep(first: float, last: float) -> NDArray[np.int64]:
-    """Return the instants (ps) of commands at a constant rate, which then slowly rises.
+    """Return the instants (ps) of commands whose rate is constant at first, then slowly rises.
 
     The constant rate is `first` and the final rate `last`, in commands/s.
     """

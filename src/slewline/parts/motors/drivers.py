@@ -148,7 +148,7 @@ NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 
 
 def _pattern(form: str) -> re.Pattern[str]:
-    """Return the pattern that matches parts of a driver's text of a given form, such as "rest {rest:A}"."""
+    """Return the pattern for the parts of a driver's text that have the given form, such as "rest {rest:A}"."""
     found = ""
     for words, name, unit in re.findall(r"([^{]*)(?:\{(\w+):(\w+)\})?", form):
         found += re.escape(words).replace(r"\ ", r"\s+")
@@ -208,8 +208,8 @@ def _of_text(text: str, name: str, motor: MotorData) -> dict[str, Any]:
 def read_driver(value: Any, name: str, motor: MotorData) -> DriverData:
     """Return a driver described by text or by a table of figures.
 
-    The text may contain the name of a driver on the market, and so may the table, under `like`; all other
-    figures replace those of the named driver.
+    The text may contain the name of a driver on the market, and the table may contain it under `like`; the
+    figures in the text or table then replace those of the named driver.
 
     Args:
         name: the driver's name in messages.
@@ -290,7 +290,7 @@ def _regulated(given: Mapping[str, Any], name: str, motor: MotorData) -> float:
 
 
 def _factor(value: Any, level: str, current: float, name: str) -> Any:
-    """Return a current level as a factor of `current`; the value is a factor, or a text in amperes with a unit."""
+    """Return a current level as a factor of `current`; `value` is such a factor, or text such as "0.25 A"."""
     value = float(value) if isinstance(value, str) and re.fullmatch(NUMBER, value) else value
     if not isinstance(value, str):
         return value

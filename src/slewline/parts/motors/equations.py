@@ -268,7 +268,7 @@ BLOCKED = Equations(rates="d_theta = 0.0 * omega\nd_omega = 0.0 * omega", settle
 
 
 def stopped(suffix: str = "") -> Equations:
-    """Return the equations of hard stops without bounce; suffix "": the rotor, "2": the load on the coupling."""
+    """Return the equations of hard stops without bounce, for the rotor ("") or the load on the coupling ("2")."""
     theta, omega = f"theta{suffix}", f"omega{suffix}"
     return Equations(
         decide=f"free = where({omega} == 0.0, where(({theta} >= STOP_HIGH) and (pulls > 0.0), 0.0, free), free)\n"

@@ -175,7 +175,7 @@ class Integration:
         """Return whether more grid points may follow, whether the motor is at rest, and the next points as columns.
 
         The columns are instants, commands, codes and states; their first row is `point`.  Columns that are
-        mostly filled are returned uncopied; copying would take half as long as the integration.
+        mostly filled are returned uncopied, because copying them would add half of the integration time.
         """
         import numpy as np
 

@@ -64,7 +64,7 @@ class MotorLaw:
         blocked: whether the rotor is blocked.
         phased: whether the inputs are phases, not steps; `steps` is then "half", and the table has a row per
             combination of phases, numbered by a sum: 1 if phase 1 is on, 2 if phase 2 is on, 4 for phase 3 ...
-        origin: if phased, the command, in half steps as in `fields`, that counts as command 0.
+        origin: if phased, the position that counts as command 0, in half steps, as in `fields`.
         restless: whether to integrate also at rest, to include the chopper ripple.
 
     Raises:
@@ -271,7 +271,7 @@ class MotorLaw:
 
     # ------------------------------------------------------------------------------------------------------ to and from
     def at_rest(self, command: int = 0, level: str = "slew", code: int | None = None) -> tuple[float, ...]:
-        """Return the state at rest at `command`, its currents settled at row `code` (None: the row at `level`)."""
+        """Return the state at rest at `command` with the settled currents of row `code` (None: the row at `level`)."""
         row = self.table[self.code(command, level) if code is None else code]
         place = command / self.micro * self.motor.step
         amperes = dict(zip(("i1", "i2", "i3", "i4"), self._settled(row), strict=False))
@@ -279,7 +279,7 @@ class MotorLaw:
         return tuple(given.get(name, 0.0) for name in self.names)
 
     def turning(self, rate: float) -> tuple[float, ...]:
-        """Return the state, when command 0 begins, of a rotor turning in step at a constant rate, full steps/s."""
+        """Return the state, at the start of command 0, of a rotor that turns in step at a rate (full steps/s)."""
         named = dict(zip(self.names, self.at_rest(), strict=True))
         named |= {name: -LAGS * self.step for name in ("theta", "theta2") if name in named}
         named |= {name: rate * self.step for name in ("omega", "omega2", "omega3") if name in named}
@@ -312,7 +312,7 @@ class MotorLaw:
         )
 
     def after(self, t: int, state: Sequence[float], code: int, span: int) -> tuple[float, ...]:
-        """Return the state `span` ps after the grid point at `t`; that must not be after the next grid point."""
+        """Return the state `span` ps after the grid point at `t`, at most until the next grid point."""
         found: tuple[float, ...] = self.model.python.after(self.parameters, self.table, t, tuple(state), code, span)
         return found
 

@@ -21,7 +21,7 @@ IRON_S = 2.66e-3  # default drag by iron loss, N m s, per N m of holding torque
 class MotorData:
     """A stepper motor, as its data sheet describes it.
 
-    `torque` is the holding torque at `current`, with `rated` phases on: two on most makers' sheets.
+    `torque` is the holding torque at `current` when `rated` phases are on (two, on most makers' sheets).
     `iron` is the drag due to iron loss, in N m s; None: 2.66e-3 s times the holding torque, since no data sheet lists
     it.
 

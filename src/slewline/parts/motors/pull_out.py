@@ -97,7 +97,7 @@ def _rate(given: Any, law: MotorLaw) -> float:
 
 
 def _at(law: MotorLaw, rate: float) -> float:
-    """Return the maximum torque, N m, in addition to the load, at a rate, full steps/s; 0 if the motor stalls."""
+    """Return the maximum torque (N m) in addition to the load at a rate (full steps/s); 0 if the motor stalls."""
     import numpy as np
 
     most = law.motor.holding_torque(law.driver.phase_current(law.motor))

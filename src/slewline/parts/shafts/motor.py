@@ -112,8 +112,8 @@ def attach_drive(self: HasDrive, own: str, row: Pin) -> None:
 class Translator(Part):
     """A translator and its motor: a falling edge of PULSE is a step in the direction of DIRECTION (CY525 fig. 10.4).
 
-    It sees only these two lines, so a PULSE that a command O 128 to O 255 outputs for a phase latch is also
-    a step.  Parts on its `shaft`, such as an encoder, switches or a gear, turn with it.
+    It sees only these two lines, so a PULSE that one of the commands O 128 to O 255 outputs for a phase
+    latch is also a step.  Parts on its `shaft`, such as an encoder, switches or a gear, turn with it.
 
     Args:
         axis: the neighbour's axis.

@@ -104,8 +104,8 @@ class Switch(Part):
 
     Args:
         on: the part on whose shaft the switch is mounted.
-        role: the role of the neighbour's input to which `to` wires `out`: "home", "end" (either end of
-            travel), "end_plus", "end_minus" ...
+        role: the role of the neighbour's input that the option `to` connects with `out`: "home", "end"
+            (either end of travel), "end_plus", "end_minus" ...
         axis: the neighbour's axis.
         low: the lowest position at which the switch is closed, in steps; None: no limit in this direction.
         high: the lowest position above `low` at which the switch is open again, in steps; None: no limit in

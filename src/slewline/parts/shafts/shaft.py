@@ -48,9 +48,9 @@ class Shaft:
     """A shaft that a part turns.
 
     `on_cut` is called with the instant up to which the motion is valid, `on_turn` when there is a new
-    motion.  `on_lost` is called for steps lost at a stop, on request (`look`) or when the motion is cut,
-    with the instant of the first lost step, the number of lost steps, and whether the shaft has moved to the
-    stop since the last call.
+    motion.  If steps were lost at a stop, `on_lost` is called on request (`look`) or when the motion is cut;
+    its arguments are the instant of the first lost step, the number of lost steps, and whether the shaft has
+    moved to the stop since the last call.
     """
 
     def __init__(self, kernel: Kernel, per_turn: int = 200) -> None:
@@ -68,7 +68,10 @@ class Shaft:
 
     # ---------------------------------------------------------------------------------------------- driving the shaft
     def cut(self, ps: int) -> None:
-        """End the motion at an instant (ps); one with the same drive continues from there until `turn` is called."""
+        """End the motion at an instant (ps).
+
+        Until `turn` is called, a motion with the same drive continues from there.
+        """
         motion = self.motion
         if ps > motion.since:
             self.look(ps)
@@ -365,8 +368,8 @@ class GearedShaft(DrivenShaft):
 class BacklashShaft(DrivenShaft):
     """A shaft driven by another with backlash: after a reversal it stops until the backlash is taken up.
 
-    It begins at `start`, as if reached by a forward move: after a forward move, it is as far above the
-    driving shaft as at the beginning; after a move backwards, it is up to `play` higher than that.
+    It begins at `start`, as if reached by a forward move: after a forward move, its distance above the
+    driving shaft is as at the beginning; after a move backwards, this distance is up to `play` greater.
     """
 
     def __init__(self, under: Shaft, play: Fraction, start: Fraction) -> None:

@@ -39,7 +39,7 @@ class CountScale:
 
 @dataclass(frozen=True)
 class Marks:
-    """A scale for positions in parts, `unit` to a step: numerator / denominator counts per part, or bounds."""
+    """A scale for positions in parts (`unit` per step): numerator / denominator counts per part, or bounds."""
 
     unit: int
     numerator: int
@@ -72,7 +72,7 @@ UNKNOWN = Marks(0, 0, 1, ())
 class Counter(Protocol):
     """The counts of a motion on a scale: a wave whose level is the count (core/wires/wave.py).
 
-    A part that turns a shaft other than by steps provides a counter of its own.
+    A part that turns its shaft continuously, not in steps, provides its own counter.
     """
 
     scale: CountScale
@@ -153,7 +153,7 @@ class StepCounter:
         return self.motion.edge_by(self._parts(j))
 
     def _due(self, j: int) -> When:
-        """Return the instant (ps) at which change j is shown, NotYet, or None if the change is not foreseen."""
+        """Return the instant (ps) at which change j is shown; NotYet if not found yet; None if it is not foreseen."""
         k = self._edge(j)
         if k is None:
             return None

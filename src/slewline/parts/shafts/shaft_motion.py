@@ -172,5 +172,5 @@ class ShaftMotion:
 
 
 def common(one: ShaftMotion, unit: int) -> ShaftMotion:
-    """Return the motion in parts of which its present parts and 1/`unit` step are both whole multiples."""
+    """Return the motion in parts so small that a present part and 1/`unit` step are whole numbers of them."""
     return one if one.unit % unit == 0 else one.refined(lcm(one.unit, unit) // one.unit)

@@ -222,9 +222,9 @@ def steps_asked(law: MotorLaw, pins: Pins) -> Asked:
 def phases_asked(law: MotorLaw, pins: Pins, names: Sequence[str], fields: Sequence[int | None]) -> Asked:
     """Return a function that converts phases to commands.
 
-    Of the commands that equal the field of the phases modulo `law.cycle`, the new command is the one nearest
-    to the present command.  If the phases have no field, or two such commands are equally near, the command
-    is unchanged.
+    The field of the phases corresponds to all commands that equal it modulo `law.cycle`; the new command is
+    the one of these that is nearest to the present command.  If the phases have no field, or two of these
+    commands are equally near, the command is unchanged.
 
     Args:
         fields: for each set of phases that are on (the first phase counts 1, then 2, 4 ...), the command

@@ -32,7 +32,7 @@ class Stretch:
 
     Attributes:
         changed: None if `first` continues the preceding stretch; otherwise the values of the states that
-            were changed externally, by name (none if only the law was changed).
+            were changed externally, by name (empty if only the law was changed).
         columns: times, states, commands and codes of the points, as in a `MotorTrace`; None: the points have
             been dropped.
     """
@@ -131,7 +131,7 @@ class Run:
         self.begin(law, first)
 
     def begin(self, law: MotorLaw, first: Point) -> None:
-        """Restart with another law, at the old starting point's rotor position, before anything has been shown."""
+        """Restart with another law before anything is shown; `first` has the same rotor position as the old start."""
         self.stretches = [Stretch(law, first)]
         self.reached = first.t  # the instant up to which it is integrated
         self._integration = Integration(law, self._engine)
@@ -156,7 +156,7 @@ class Run:
             self._go_on(min(ps, self._stays() if self._rests else self.reached + STRETCH * self.law.step_ps))
 
     def _stays(self) -> int:
-        """Return the instant (ps) up to which to integrate next while the rotor rests: few input edges precede it."""
+        """Return the next instant (ps) to integrate to while the rotor rests; few input edges occur before it."""
         now = self.feed.now
         if self.reached < now.since:
             return self.reached + AT_ONCE_PS
@@ -228,7 +228,7 @@ class Run:
         return self.stretches[max(n, 0)]
 
     def at_or_before(self, ps: int) -> Point:
-        """Return the last grid point up to an instant (ps), or the first kept point."""
+        """Return the last grid point at or before an instant (ps); if none is kept, the first kept point."""
         self.reach(ps)
         stretch = self.stretch_at(ps)
         return stretch.point(max(int(stretch.whole[0].searchsorted(ps, "right")) - 1, 0))

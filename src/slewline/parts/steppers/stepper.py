@@ -187,7 +187,7 @@ class Stepper(Blockable, Part):
         self.add_pin("stall", "out", "high: two steps or more from its command", initial=0)
 
     def attached(self, own: str, row: Pin) -> None:
-        """Take the polarity of DIRECTION from the neighbour's pin; also its step edge or active level if not given."""
+        """Take DIRECTION's polarity from the neighbour's pin, and its step edge or active level if none was set."""
         if own == "pulse" and row.sense is not None and self._edge is None:
             self._edge = {0: "fall", 1: "rise"}[row.sense]
         if own == "direction" and row.sense is not None:
@@ -274,7 +274,7 @@ class Stepper(Blockable, Part):
     def load(self, torque: float | str) -> None:
         """Change the load torque from now on: N m, or text such as "30 mNm".
 
-        A positive torque opposes a turn in the direction that counts up.
+        A positive torque opposes rotation in the direction in which the position increases.
         """
         newton_metres = quantity(torque, "N m", f"{self.name}: torque")
         self.input("load", torque)

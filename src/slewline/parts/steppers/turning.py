@@ -101,7 +101,10 @@ class LinkageMotion:
         return replace(self, linkage=Linkage(factor=float(ratio), under=self.linkage))
 
     def played(self, here: LinkageMotion, play: Fraction, offset: Fraction) -> LinkageMotion:
-        """Return the motion of a load driven by this motion with backlash; the load begins `offset` steps above it."""
+        """Return the motion of a load that this motion drives with backlash.
+
+        The load begins `offset` steps above the driving shaft.
+        """
         return replace(self, linkage=Linkage(play=float(play), offset=float(offset), under=self.linkage))
 
 

@@ -5,9 +5,9 @@
     edge          0     1     2      3     4     5     6        2 is late, 4 and 5 are missing
 
 Pairs are formed in order.  Two edges to the same level are a pair, unless one of them fits better with a
-later edge of the other signal, two places further on: if the delay would then be closer to that of the
-previous pair.  So a clock that is slightly fast or slow, as every real clock is, does not cause wrong
-pairs.
+later edge of the other signal, two places further on, that is, if the delay would then be closer to
+that of the previous pair.  So a clock that is slightly fast or slow, as every real clock is, does not
+cause wrong pairs.
 """
 
 from __future__ import annotations
@@ -329,7 +329,7 @@ def _pairs(model: Edges, measured: Edges) -> NDArray[np.int64]:
 
 
 def _drift_alone(model: NDArray[np.int64], measured: NDArray[np.int64]) -> bool:
-    """Return whether two edge sequences of equal length differ only by clock drift, as after a long pause."""
+    """Return whether two edge sequences of equal length differ only by clock drift (large after a long pause)."""
     import numpy as np
 
     if len(model) < 3:
@@ -367,9 +367,9 @@ def _runs(model: Edges, measured: Edges) -> list[tuple[int, int, int]]:
 
 
 def _fits(columns: list[NDArray[np.int64]], a: int, b: int, length: int, late: int) -> NDArray[np.bool_]:
-    """Return which edges pair up, starting with a in the model and b in the measured signal: (length,) bool.
+    """Return which edges pair up, from index `a` in the model and `b` in the measured signal: (length,) bool.
 
-    Each result presumes that all preceding edges are pairs; `late` is the delay of the pair before a and b,
+    Each result presumes that all preceding edges are pairs; `late` is the delay of the pair before `a`, `b`,
     ps.
     """
     import numpy as np

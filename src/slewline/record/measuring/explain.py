@@ -110,7 +110,7 @@ def _polarity(pairs: Sequence[SignalPair], terms: Terms) -> dict[str, tuple[str,
 
 
 def _swapped(pairs: Sequence[SignalPair], wrong: Sequence[int], terms: Terms) -> dict[str, tuple[str, ...]]:
-    """Return notes, by signal, on two signals whose exchange makes all agree, with inversions if necessary."""
+    """Return notes, by signal, on two signals whose exchange, with any inversions needed, makes all agree."""
     for a, b in combinations(wrong, 2):
         tried = list(pairs)
         for here, there in ((a, b), (b, a)):

@@ -1,7 +1,7 @@
 r"""Times between edges, compared with the limits in the data sheet.
 
-    start  ‾‾\___/‾‾\___/‾‾‾‾‾‾‾‾‾‾‾‾‾‾    an interval runs from the last start before an end to that end, without
-    end    ‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾\___/‾‾\___/‾    another end in between: here, from the second fall of
+    start  ‾‾\___/‾‾\___/‾‾‾‾‾‾‾‾‾‾‾‾‾‾    an interval runs from a start edge to an end edge, with no other start
+    end    ‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾\___/‾‾\___/‾    or end edge in between: here, from the second fall of
                     |<-->|                 the start signal to the first fall of the end signal
 
 All times are exact, in whole picoseconds.

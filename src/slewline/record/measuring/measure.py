@@ -67,7 +67,7 @@ def runs(times_ps: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int
 
 
 def pulses(times_ps: NDArray[np.int64], levels: Levels, level: int = 0) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the starts and ends, (m,) int64 ps each, of pulses at a level that begin and end at given edges.
+    """Return the starts and ends, (m,) int64 ps each, of the pulses at `level` between the given edges.
 
     A pulse that begins or ends where the signal is unknown is left out, as its width is not known.
     """

@@ -63,7 +63,7 @@ def draw_rates(
 ) -> None:
     """Draw a dashed line at each rate while it was in force.
 
-    The name of a rate is written next to the panel, or above its line: the last argument selects this.
+    The name of a rate is written next to the panel or above its line, as the last argument selects.
     """
     import numpy as np
 
@@ -87,7 +87,7 @@ def draw_rates(
 
 
 def _joined(spans: NDArray[np.int64], apart: int) -> NDArray[np.int64]:
-    """Return sorted spans, (n, 2), in which spans are joined if the gap between them is at most `apart` (ps)."""
+    """Return the spans, (n, 2), sorted, with any two joined if the gap between them is at most `apart` (ps)."""
     import numpy as np
 
     begins, ends = spans[np.argsort(spans[:, 0], kind="stable")].T

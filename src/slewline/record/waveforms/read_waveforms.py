@@ -46,8 +46,8 @@ def read_waveforms(
             each signal, the midpoint between its two levels, disregarding spikes.
 
     Raises:
-        UsageError: the file cannot be opened; or it is a session, and sigrok-cli is not installed; or it is
-            a table without times, and the time between two rows is not known; or `threshold` is not a voltage.
+        UsageError: the file cannot be opened, is a session but sigrok-cli is not installed, or is a
+            table without times whose row interval is not known; or `threshold` is not a voltage.
         TimeError: `timescale` is not a time.
         WaveformError: the content cannot be read; the message states line, reason and remedy.
     """

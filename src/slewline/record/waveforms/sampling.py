@@ -98,7 +98,7 @@ def sampling_of(
 
 
 def _grid(times_ps: NDArray[np.int64], unit: Fraction) -> Fraction | None:
-    """Return the period (ps) of the coarsest grid that the times cannot fit by chance; None if there is none."""
+    """Return the period (ps) of the coarsest grid that the times fit, and not by chance; None if there is none."""
     import numpy as np
 
     since = times_ps - times_ps[:1]

@@ -183,7 +183,7 @@ class VcdStream(WholeOrNothing):
         return units, kept, len(times) - len(units)
 
     def _merged(self, changes: list[Changes]) -> tuple[ChangeTexts, NDArray[np.int64], NDArray[np.int64]]:
-        """Return a table of lines, and the units and codes of a chunk's changes, sorted by time, then file order."""
+        """Return a table of lines, and the units and codes of a chunk's changes, sorted by unit, then by code."""
         import numpy as np
 
         more: list[str] = []

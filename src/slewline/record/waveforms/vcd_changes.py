@@ -234,7 +234,7 @@ class Changes:
 
 
 def _without_comments(place: FilePlace) -> tuple[bytes, int]:
-    """Return a block with its comments blanked out, cut off before any unterminated comment; and its length."""
+    """Return a block with its comments blanked out, up to any unterminated one; and the length of this text."""
     block = place.block
     if b"$comment" not in block:
         return block, len(block)

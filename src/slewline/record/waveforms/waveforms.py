@@ -171,7 +171,7 @@ class Waveforms:
         return times[first:last], signal.levels[first:last]
 
     def level_at(self, name: str, time: Time) -> Any:
-        """Return the value of a signal at an instant, after any change then; after the end, the last value.
+        """Return the value of a signal at an instant, after any change there; after the end, the last value.
 
         Raises:
             UnknownName: there is no such signal.

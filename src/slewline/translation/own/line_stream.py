@@ -141,7 +141,10 @@ def acts(step: StreamStep) -> bool:
 
 
 def programs(steps: list[StreamStep], after: Action) -> Iterator[list[StreamStep]]:
-    """Yield the steps as one program; the last of several motions starts a second if `after` acts during it."""
+    """Yield the steps as one program, or as two if `after` acts during the last of several motions.
+
+    The second program then begins with that motion.
+    """
     if not any(acts(each) for each in steps):
         return
     last = max((n for n, each in enumerate(steps) if isinstance(each.action, Motion)), default=0)

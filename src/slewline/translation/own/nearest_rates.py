@@ -264,7 +264,7 @@ class Rates:
         return abs(after - before) / before, before, after
 
     def first(self, profile: Profile) -> list[tuple[Row, int]]:
-        """Return the commands that set `profile`, the source's after a reset, before a motion that relies on it."""
+        """Return the commands that set `profile`, the source's reset profile, before a motion that relies on it."""
         if self.target is None:
             return []
         values = self.target.fit(profile).values

@@ -72,7 +72,7 @@ class Directives:
         return self._pin(*match.groups())
 
     def _pin(self, verb: str, chip: str | None, name: str, level: str | None, rest: str) -> list[str] | str:
-        """Return the target's form of a directive about a pin (of `chip`, if named), or a text stating why not."""
+        """Return the target's form of a directive about a pin (of `chip`, if named), or a text on why it has none."""
         chip = chip or ""
         theirs = pin_of(self.source, name)
         if theirs is None:

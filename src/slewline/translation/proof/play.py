@@ -2,8 +2,8 @@
 
 In a proof, no signals are connected to the inputs.  So an input that the program waits for begins at
 the level opposite to the expected one, and all other inputs are open.  Whenever the part has waited for
-longer than any delay of the program, one of the inputs that the program tests changes.  For source and
-result, the same inputs change in the same order, so that both take the same branches.  If the text
+longer than any delay of the program, one of the inputs tested by the program is changed.  For source and
+result, the same inputs are changed in the same order, so that both take the same branches.  If the text
 itself drives inputs, no others are changed.
 """
 
@@ -104,7 +104,7 @@ def numbered(wiring: Sequence[tuple[str, str]], kind: str) -> dict[int, str]:
 
 
 def record_of(bench: Bench, chip: Chip, outputs: Mapping[int, str]) -> tuple[list[Happened], dict[int, int]]:
-    """Return a part's motions and output changes, and its output levels at the start by output number.
+    """Return a part's motions and output changes, and its output levels at the start, by output number.
 
     Args:
         outputs: the names of the recorded output pins, by output number.

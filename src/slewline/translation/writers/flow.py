@@ -3,8 +3,8 @@
     A:  move       Repeat 3 times
         L 3,A  ->      move
 
-An endless loop is `Forever`; a loop that an input keeps repeating is `AsLongAs`.  A forward jump that
-depends on inputs is a `Fork` around the skipped actions.
+An endless loop is `Forever`; a loop that repeats while inputs have given levels is `AsLongAs`.  A
+forward jump that depends on inputs is a `Fork` around the skipped actions.
 
 Jumps that do not nest become `Stages`: numbered pieces of the program, each of which selects the next.
 A writer converts the pieces to a loop that contains one branch per piece.

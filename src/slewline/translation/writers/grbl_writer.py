@@ -86,7 +86,7 @@ def rate_of(action: SetProfile) -> float | None:
 
 
 def judged(writer: LanguageWriter, action: SetProfile, rate: float | None) -> None:
-    """Record how exactly a grbl board can reproduce the setting of a rate or a ramp."""
+    """Record how closely a grbl board can reproduce the setting of a rate or a ramp."""
     sheet, line = writer.sheet, action.line
     if action.sets == "top rate" and rate is not None and rate > FASTEST:
         limit = f"{FASTEST:,} steps/s (README of grbl)"

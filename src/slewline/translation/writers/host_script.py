@@ -216,7 +216,7 @@ class ScriptWriter(Structured):
         return ""
 
     def as_long_as(self, node: AsLongAs) -> None:
-        """Write an endless loop; at its end, a break leaves it unless all inputs have their given levels."""
+        """Write an endless loop whose body ends with a break, taken unless all inputs have their given levels."""
         self.sheet.add("while True:", node.head)
         self.inside(node.body, "", node.line)
         self.sheet.depth += 1

@@ -141,7 +141,7 @@ def holds(same: Callable[[int], bool], guess: int) -> int:
 
 
 def brake(limits: MoveLimits, speed: int, floor: int = 0) -> CycleRun:
-    """Return the next run of a deceleration to `floor` (if 0: first to s); if at rest already, one at speed 0."""
+    """Return the next run of a deceleration to `floor` (0: to s, then to rest); if at rest, a run at speed 0."""
     a, s = limits.acceleration, limits.start
     if floor:
         if speed - a <= floor:
@@ -204,7 +204,7 @@ class Phases(NamedTuple):
         return min(self.velocity << 16 + 2 * PLACES, reached * fast)
 
     def stopped(self, done: int) -> Phases:
-        """Return the whole S-curve, as it becomes if a smooth stop begins after `done` cycles.
+        """Return the whole S-curve that results if a smooth stop begins after `done` cycles.
 
         The deceleration mirrors the acceleration: phases 1, 2 and 4 are shortened to the part done so far.
         """

@@ -65,7 +65,7 @@ class Forces:
         return cycle_clock.clock.ps_array(numbers * cycle_clock.cycle_ticks, cycle_clock.origin)
 
     def stretches(self, start: int, stop: int) -> list[JerkSegment]:
-        """Return the segments that cover `start` to `stop` (ps), in ascending order; earlier ones may precede them."""
+        """Return the segments that cover `start` to `stop` (ps), ascending; the list may begin with earlier ones."""
         self.pulses.axis.check_kept(start)
         self.motion.catch_up()
         past = self.pulses.past

@@ -124,7 +124,7 @@ class AdaptiveUart(HostUart):
 
     # ------------------------------------------------------------------------------------------------------- sending
     def write(self, data: str | bytes, fault: str = "") -> None:
-        """Queue characters to be sent unchanged, with `fault` unless it is ""; record the call as the part's input."""
+        """Queue characters to be sent unchanged, each with `fault` if given; record the call as the part's input."""
         data = as_bytes(self.name, data)
         super().write(data, fault)
         for byte in data:

@@ -294,7 +294,7 @@ class BusSender(Leader[Handshakes]):
         return exchange.send(coming)
 
     def made(self, ends: tuple[Any, ...]) -> Handshakes | None:
-        """Return the handshakes with the chip; None unless it alone is on I/O REQUEST, and its READY at this port."""
+        """Return the handshakes with a chip; None unless it alone is on I/O REQUEST and this port reads its READY."""
         port = self.port
         if len(ends) != 1 or not hasattr(ends[0], "byte_times"):
             return None

@@ -101,7 +101,7 @@ class PacketPort:
         """Record a restart of the chipset: axis 1 is current, and no command waits for an update.
 
         The chipset restarts when RESET changes, on a reset command, and when its supply is switched off, which
-        lets an output float.
+        the host recognises because an output of the chipset then floats.
         """
         self.axis = 1
         self.pending.clear()
@@ -118,7 +118,7 @@ class PacketPort:
         await level(self.host_ready, 1)
 
     async def write(self, data: bytes, command: bool, how: Strobes) -> None:
-        """Write a command byte (`command`), or the bytes of a word, as one operation with the strobe times `how`."""
+        """Write a command byte (if `command`) or the bytes of a word, as one operation with the strobe times `how`."""
         if self.delay_ps or self.host_ready.level != 1:
             await self._begin(how)
         strobed = Strobed(self.kernel.now, len(data), how)
@@ -150,7 +150,7 @@ class PacketPort:
             await until(self.kernel, self.kernel.now + self.delay_ps)
 
     def note_update(self, code: int) -> None:
-        """Record an accepted command: when an update takes effect, or that a buffered command awaits an update."""
+        """Record the instant at which an accepted update takes effect, or that a buffered command awaits an update."""
         if updates(self.sheet, code):
             self.worked_ps = self.kernel.now + self.cycle_ps
             self.pending.clear()
@@ -209,7 +209,7 @@ class PacketPort:
             raise ChecksumError(f"{self.queue.name}: {wrong}")
 
     async def take(self, number: int, how: Strobes) -> bytes:
-        """Read and return bytes, in the host's task; two bytes are also added to `received`, as one word."""
+        """Read and return bytes, in the host's task; if there are two, also add them to `received`, as one word."""
         data = await self.read(number, how)
         if number == 2:
             self.received.append(int.from_bytes(data, "big"))

@@ -85,7 +85,7 @@ class StrappedUart(HostUart):
 
     # --------------------------------------------------------------------------------------------- commands and answers
     def write(self, data: str | bytes, fault: str = "") -> None:
-        """Queue characters for the module's rate, or, if set, the fixed rate; record the call as a part's input."""
+        """Queue characters to be sent at the fixed rate, or else the module's; record the call as a part's input."""
         self.follow_straps()
         super().write(data, fault)
 
@@ -101,7 +101,7 @@ class StrappedUart(HostUart):
         self.begin()
 
     def framed(self, command: str) -> bytes:
-        """Return the bytes of a command with carriage return, and with address and checksum if strapped so.
+        """Return a command as bytes with carriage return, and with address and checksum if the straps select them.
 
         Raises:
             UsageError: the text is not ASCII, or contains more than one command.
