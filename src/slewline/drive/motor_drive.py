@@ -96,7 +96,7 @@ class Drive:
     Attributes:
         board: the model of the board, according to its IDENT.
         port: the open port of the board, which may have another file number after `clear`.
-        power: the driver current: `power.on`, and `power.known`, whether the position is known.
+        power: the state of the driver; `power.on`: it is switched on; `power.known`: the position is known.
         troubles: texts of all troubles since the start.
         on_event: hook, called with each event that the board reports.
         on_wake: hook, called when an external input arrives while the drive is idle: a turn is due now.

@@ -41,7 +41,7 @@ class Effects:
 
     # ---------------------------------------------------------------------------------------------------- positions
     async def drive(self, name: str, value: float) -> None:
-        """Move to a position or, while SET is Set, declare it to be the present position; return at completion."""
+        """Move to a position or, if the field SET is "Set", make it the present position; return at completion."""
         state = self.owner.state
         if name in ("TWF", "TWR") and not value:
             return

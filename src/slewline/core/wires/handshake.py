@@ -53,6 +53,13 @@ class HandshakeStage(Enum):
     READ = "READY has fallen, and the byte has been processed"
 
 
+def alternating(first: list[int], second: list[int]) -> tuple[int, ...]:
+    """Return the elements of two lists of equal length alternately."""
+    both = first + second
+    both[::2], both[1::2] = first, second
+    return tuple(both)
+
+
 class HandshakenBytes:
     """Consecutive bytes, each with its handshake; the bytes are numbered from 0.
 
@@ -93,7 +100,9 @@ class HandshakenBytes:
         return risen if risen <= ps else self.request_of(number)
 
     def _instants(self, clocks: int) -> list[int]:
-        return [self.instant(number, clocks) for number in range(len(self.data))]
+        """Return `instant(number, clocks)` for all bytes."""
+        first, kept, n, d = self.tick + clocks, self.times.kept, self.clock.n, self.clock.d
+        return [tick * n // d for tick in range(first, first + len(self.data) * kept, kept)]
 
     @property
     def _requests(self) -> list[int]:
@@ -110,8 +119,7 @@ class HandshakenBytes:
 
     def request(self) -> Wave:
         """Return the waveform of I/O REQUEST."""
-        pairs = zip(self._requests, self._instants(self.times.busy), strict=True)
-        return Wave(1, tuple(time for pair in pairs for time in pair), (0, 1) * len(self.data))
+        return Wave(1, alternating(self._requests, self._instants(self.times.busy)), (0, 1) * len(self.data))
 
     def bus(self) -> Wave:
         """Return the waveform of the host's output on the bus."""
@@ -122,14 +130,16 @@ class HandshakenBytes:
 
     def strobe(self, active: int) -> Wave:
         """Return the waveform of INSTROBE, given the active level of INSTROBE."""
-        pairs = zip(self._instants(self.times.strobe), self._instants(self.times.sample), strict=True)
-        return Wave(1 - active, tuple(time for pair in pairs for time in pair), (active, 1 - active) * len(self.data))
+        times = alternating(self._instants(self.times.strobe), self._instants(self.times.sample))
+        return Wave(1 - active, times, (active, 1 - active) * len(self.data))
 
     def ready(self) -> Wave:
         """Return the waveform of READY."""
-        times = [time for pair in zip(self._instants(self.times.busy), self._requests[1:]) for time in pair]  # noqa: B905
-        times = [*times, self.last, *([] if self.opened is None else [self.opened])]
-        return Wave(1, tuple(times), ((0, 1) * len(self.data))[: len(times)])
+        falls = self._instants(self.times.busy)
+        falls[-1] = self.last
+        rises = [*self._requests[1:], self.last if self.opened is None else self.opened]
+        edges = 2 * len(falls) - (self.opened is None)  # it has not risen after the last byte
+        return Wave(1, alternating(falls, rises)[:edges], ((0, 1) * len(self.data))[:edges])
 
 
 class SendingEnd(Protocol):

@@ -88,7 +88,7 @@ class PtyPort(Closing):
             raise UsageError(NONE)
         if isinstance(link, str) and system.WINDOWS_PORT.fullmatch(link):
             raise UsageError(
-                f"{link} is the name of a port on Windows (--serial {link}); name a link, such as /tmp/{link}"
+                f"{link} is the name of a port on Windows, for --serial; give the path of a link, such as /tmp/{link}"
             )
         if not link:
             raise UsageError("a pty needs a link; give its path, such as /tmp/x")

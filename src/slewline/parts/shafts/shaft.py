@@ -368,8 +368,8 @@ class GearedShaft(DrivenShaft):
 class BacklashShaft(DrivenShaft):
     """A shaft driven by another with backlash: after a reversal it stops until the backlash is taken up.
 
-    It begins at `start`, as if reached by a forward move: after a forward move, its distance above the
-    driving shaft is as at the beginning; after a move backwards, this distance is up to `play` greater.
+    At first, at `start`, the backlash is taken up in the forward direction.  After a forward move, the shaft has
+    the same offset from the driving shaft as at first; after a backward move, the offset is up to `play` larger.
     """
 
     def __init__(self, under: Shaft, play: Fraction, start: Fraction) -> None:

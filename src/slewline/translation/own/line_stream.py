@@ -209,9 +209,9 @@ def within(action: Action | None, number: int) -> Action | None:
 
 # ------------------------------------------------------------------------------------------- programs for other parts
 def hoisted(steps: list[StreamStep]) -> list[StreamStep]:
-    """Return all steps, with the rate settings at a program's head moved to before its entry.
+    """Return all steps; rate settings at a program's head are moved ahead of the command that begins its entry.
 
-    They are not moved if the body of the program sets rates, too.
+    They are not moved if the body of the program also sets rates.
     """
     found: list[StreamStep] = []
     at = 0
