@@ -48,7 +48,7 @@ ASKED = {
     "100 random moves of a script, polling the status": Asked(25, 30.97),
     "CY545: a program that polls": Asked(5, 7.18),
     "CY545: 2,000 commands over the bus": Asked(6, 3.00),
-    "CY545: a program into an EEPROM": Asked(6, 22.1),
+    "CY545: entry of a program into an EEPROM": Asked(6, 22.1),
 }
 
 
@@ -82,7 +82,7 @@ def beside(row: Row, pairs: list[tuple[Found, Found]]) -> Iterator[Row]:
     sides = [(Measured(1 / theirs.known), Measured(1 / ours.known)) for theirs, ours in pairs]
     absent = "" if sides else ABSENT
     name, unit = f"{row.name}: compared with {SHORT}", f"x {SHORT}"
-    why = f"{bound}; the goal is {asked.goal:g} {REAL} on the machine where {SHORT} reaches {asked.made:.3g}"
+    why = f"{bound}; the goal is {asked.goal:g} {REAL} on the machine on which {SHORT} reaches {asked.made:.3g}"
     yield Row(name, None, unit, asked.ratio, True, why, sides, absent)
     if asked.then:
         yield Row("the same, next goal", None, unit, asked.then, True, bound, sides, absent)

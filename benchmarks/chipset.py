@@ -157,7 +157,7 @@ def asked(name: str, prepare: Callable[[], Callable[[], Ran]], passing: str) -> 
     buffer = np.empty(1 << 20, np.int64)
     assert ran.expand(buffer) == pulses
     wall = best(lambda: ran.expand(buffer))
-    bound = f"the trains above: {pulses / wall / 1e6:.0f} M pulses/s"
+    bound = f"expanding the trains above: {pulses / wall / 1e6:.0f} M pulses/s"
     yield Row("the same: every pulse expanded", ran.seconds / wall, REAL, 20, True, bound)
     wall, count = best(ran.cycles), sum(map(len, ran.cycles()))
     bound = f"arrays of targets, velocities, instants, phases: {wall / count * 1e9:.0f} ns per cycle"
@@ -306,7 +306,7 @@ def moves() -> list[Row]:
         pairs = [(moved("CLR_STATUS", settings), moved("UPDATE", settings)) for _ in range(9)]  # by turns
         packets, move = (median(column) for column in zip(*((one, both - one) for one, both in pairs), strict=True))
         bound = f"{runs}, and their starting instants; compared with {packets * 1e6:.0f} µs for two packets"
-        rows.append(Row(f"a move, {name}: plan and play", move * 1e6, "µs", None, False, bound))
+        rows.append(Row(f"a move, {name}: plan and simulate", move * 1e6, "µs", None, False, bound))
     return rows
 
 

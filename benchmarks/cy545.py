@@ -73,7 +73,7 @@ def talking() -> list[Row]:
     cases = (
         ("a program that polls", spoken(*POLLING, "400 ms"), 400, "per virtual millisecond"),
         ("2,000 commands over the bus", spoken("", "", commands), 2000, "per command"),
-        ("a program into an EEPROM", spoken("eeprom", "", f"Y 0\rE\r{program}Q"), 60, "per instruction"),
+        ("entry of a program into an EEPROM", spoken("eeprom", "", f"Y 0\rE\r{program}Q"), 60, "per instruction"),
     )
     found = []
     for what, prepare, items, item in cases:
@@ -105,5 +105,12 @@ def planning() -> list[Row]:
     assert chip.position == NUMBER and len(chip.motor.past) == 2
     return [
         Row("move of 16,000,000 steps: plan", best(planned, 20) * 1e3, "ms", 1, False, "500 runs of equal intervals"),
-        Row("the same, unobserved", chip.kernel.now / 1e12 / wall, REAL, 20_000, True, "a few events"),
+        Row(
+            "move of 16,000,000 steps: the whole move, unobserved",
+            chip.kernel.now / 1e12 / wall,
+            REAL,
+            20_000,
+            True,
+            "a few events",
+        ),
     ]

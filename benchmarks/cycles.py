@@ -32,7 +32,7 @@ CASES: tuple[tuple[str, Law, str, str], ...] = (
     ("top speed", Linear(TOP), EVEN, SECOND),
     ("61 % of top speed", Linear(TOP * 61 // 100), EVEN, SECOND),
     ("ramp", Linear(0, TOP // CYCLES), UNEVEN, SECOND),
-    ("S-curve", CURVE, UNEVEN, "look-up of the phases, then a cubic, in floats and in integers"),
+    ("S-curve", CURVE, UNEVEN, "phase look-up, then a cubic polynomial, in floats and in integers"),
 )
 
 
@@ -78,7 +78,7 @@ def rows() -> list[Row]:
     for name, law, expansion, targets in CASES:
         train, odd = checked(law, HZ), checked(law, ODD_HZ)
         wall = expanding(train)
-        passes = f"{wall / pass_over(train.steps):.0f} times a bare np.multiply over the steps"
+        passes = f"{wall / pass_over(train.steps):.0f} times the time of a bare np.multiply over the steps"
         oddly = f"{odd.steps / expanding(odd) / 1e6:.0f} M at {ODD_HZ:,} Hz"
         goals = AXES * EXPANDING * PER_S * train.steps / CYCLES // 1e6, AXES * COUNTING * PER_S // 1e6
         found += [

@@ -107,7 +107,7 @@ CASES: tuple[tuple[str, Case, int], ...] = (
     ("10 and 100 GS-C200S with programs", programs, 10),
     ("200 and 2,000 moves of 50 steps", moves, 200),
     ("1,000 and 10,000 lines of a script", script, 1000),
-    ("10,000 and 100,000 waits with a far limit", far, 10_000),
+    ("10,000 and 100,000 waits with a distant time limit", far, 10_000),
 )
 
 
@@ -122,7 +122,7 @@ def rows() -> list[Row]:
     found = []
     for name, prepare, number in CASES:
         power = exponent(prepare, number)
-        bound = "each takes the same time as the first"
+        bound = "each takes the same time as the first one"
         if power > GOAL:
             without = exponent(partial(uncollected, prepare), number)
             bound = f"Python's garbage collector ({without:.2f} without it), and the processor caches"

@@ -85,7 +85,9 @@ def ran(case: str, seconds: int, keep: str) -> list[float]:
 def kept(case: str, seconds: int, what: str) -> list[Row]:
     """Return the rows of the maximum megabytes of the process, and of the bytes that a move adds."""
     most, slope, moves, bare = ran(case, seconds, KEEP)
-    bound = f"Python and slewline {bare:.0f} MB, plus ten seconds of moves; {moves:,.0f} moves"
+    bound = (
+        f"Python and slewline: {bare:.0f} MB; the rest is the moves of the last ten seconds; {moves:,.0f} moves in all"
+    )
     return [
         Row(f"{case}, {CASES[case]}, keep {KEEP}, {what}: memory", most, "MB", 40, False, bound),
         Row(

@@ -128,12 +128,17 @@ def rows() -> Iterator[Row]:
     law().integrate(*ramp(10), engine="numba")
     for name, act, goal, bound in (
         ("one motor, 20 µs, Numba", alone("numba", 20, 6000), 100.0, "latency of four dependent evaluations"),
-        ("one motor, 100 µs, plain Python", alone("python", 100, 600), 8.0, "some 240 operations per step"),
+        ("one motor, 100 µs, plain Python", alone("python", 100, 600), 8.0, "about 240 operations per step"),
         ("CY525, queried once, at rest", cy525(), None, "the integrator"),
-        ("two switches watched", cy525("one.out", "two.out"), 25.0, "the integrator"),
-        ("GS-C200S homes on its switches", homing, 30.0, "cut blocks: each switch stops or reverses the module"),
+        ("CY525, two switches watched", cy525("one.out", "two.out"), 25.0, "the integrator"),
+        (
+            "GS-C200S homes on its switches",
+            homing,
+            30.0,
+            "interrupted integration blocks: each switch stops or reverses the module",
+        ),
         ("MC1151A-E with encoder", encoder, 5.0, "an event per count, and the chip computes each cycle"),
-        ("closed loop of figure 19", closed_loop, 2.0, "every step interrupts a block"),
+        ("closed loop of figure 19", closed_loop, 2.0, "every step interrupts an integration block"),
     ):
         act()
         speeds = []

@@ -20,17 +20,22 @@ PAGE = """# Performance
 
 One run of `make bench` on {day}: {processor}, CPython {python}, NumPy {numpy}.
 
-Computing is timed in CPU seconds, with caches emptied between runs; serving is timed by the wall clock. Both sides of a
-ratio are measured alternately in this run: the figure is the median, and the range after it contains half of the turns.
-Bottlenecks of work in Python are from a profile of this run. A goal that is met by less than 5 % is *at the limit*. A
-*bare line* is a picture of one line of 900 points, drawn by matplotlib; *p99* is the 99th percentile; a *growth
-exponent* of 1 means that the time is proportional to the number; *keep* is
-[a limit of the past](api.md#a-limited-past).
+Computing is timed in CPU seconds, with caches emptied between runs; serving is timed by the wall clock. A figure such
+as *9.33 (9.25 to 9.41) x pyvcd* is a ratio, whose two sides are measured alternately: the median of all turns, and the
+range that contains half of them. *x real time* means virtual seconds per CPU second. Bottlenecks of work in Python are
+from a profile of this run. A goal that is met by less than 5 % is *at the limit*. The tables use these terms:
+
+- *bare line*: a picture of one line of 900 points, drawn by matplotlib
+- *p99*: the 99th percentile
+- *growth exponent*: 1 means that the time is proportional to the number of items
+- *keep*: [the option that limits the stored past](api.md#a-limited-past)
+- *run of equal intervals*: consecutive steps with the same interval
+- *expand*: compute the time of every step
 
 Some goals were set in virtual seconds per CPU second on one machine, an AMD EPYC (Zen 5). On other machines they are
-replaced by ratios to commit {short}: each goal is divided by the figure of that commit on the EPYC, which is its figure
-on an Intel Xeon divided by 0.62, the ratio of the two machines. {example}.
-`python benchmarks/beside.py reference` prints the other ratios to that commit.
+replaced by ratios to commit {short}: each goal is divided by the figure of that commit on the EPYC. That figure was
+measured on an Intel Xeon, and divided by 0.62, the ratio of the two machines. {example}.
+`python benchmarks/beside.py reference` prints the ratios of the other goals.
 
 ## Goals missed
 
@@ -105,7 +110,7 @@ def written(found: dict[str, list[Row]], day: date) -> str:
         python=platform.python_version(),
         numpy=np.__version__,
         short=SHORT,
-        example=f"For the dialogue with a CY525 this is {asked.goal:g} / {asked.made:.3g} = {asked.ratio:g}",
+        example=f"For the dialogue with a CY525 the goal is {asked.goal:g} / {asked.made:.3g} = {asked.ratio:g}",
         missed=missed(everything),
         hand=f"{how}\n\n{table(hand)}",
         tables="\n".join(f"## {family}\n\n{table(rows)}" for family, rows in found.items()),

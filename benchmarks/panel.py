@@ -105,9 +105,11 @@ def back() -> Iterator[Row]:
                     plainly.append(timed(lambda at=at: replay(journal, until=f"{at} ps"))[0] * 1e3)  # type: ignore[misc]
             host.close()
     why = "a fork, the journal since the checkpoint, and two connections"
-    yield Row("back to an instant of ten minutes with 1,000 commands, median", median(took), "ms", None, False, why)
     yield Row(
-        "back to an instant of ten minutes with 1,000 commands, the slowest of 100",
+        "going back in a session of ten minutes with 1,000 commands, median", median(took), "ms", None, False, why
+    )
+    yield Row(
+        "going back in a session of ten minutes with 1,000 commands, the slowest of 100",
         max(took),
         "ms",
         200,
@@ -115,7 +117,12 @@ def back() -> Iterator[Row]:
         "the work between two checkpoints",
     )
     yield Row(
-        "the same instant by replaying all of the journal, median", median(plainly), "ms", None, False, "the session"
+        "going to an instant of that session by replaying the whole journal, median",
+        median(plainly),
+        "ms",
+        None,
+        False,
+        "the session",
     )
 
 
@@ -191,10 +198,10 @@ def windows() -> Iterator[Row]:
     again = min(timed(ask)[0] for _ in range(5)) * 1e3
     moves = len(chip.motions())
     yield Row(
-        "scope: an hour of 8 signals, 1,200 columns", again, "ms", 50, False, "cells of each signal, from a table"
+        "scope: an hour of 8 signals, 1,200 columns", again, "ms", 50, False, "the cells of each signal, from a table"
     )
     bound = f"{moves:,} moves, once; in slices, between other work"
-    yield Row("the same for the first time", first, "ms", None, False, bound)
+    yield Row("scope: an hour of 8 signals, 1,200 columns, for the first time", first, "ms", None, False, bound)
 
 
 def rows() -> list[Row]:

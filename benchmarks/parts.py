@@ -101,10 +101,14 @@ def rows() -> list[Row]:
     """Return the time of each part."""
     what = (
         ("CY525, bare", bare, "the host's bytes, and the plan"),
-        ("encoder behind an inverter", encoder, "the same; a view and a clock for each leg of the move"),
+        ("encoder after an inverter", encoder, "the same; a view and a clock for each leg of the move"),
         ("translator", translator, "the same; a clock for each leg"),
-        ("translator and motor with limits", motors, "the instants of all steps, once, in arrays"),
-        ("the same, most steps lost", lambda: motors(500), "each lost pulse, one by one"),
+        ("translator and motor with limits", motors, "the instants of all steps, computed once, in arrays"),
+        (
+            "translator and motor with limits, most steps lost",
+            lambda: motors(500),
+            "each lost pulse is processed individually",
+        ),
         ("GS-C200S, gs_d200", gs_d200, "characters of the line; four views for each leg"),
     )
     return [

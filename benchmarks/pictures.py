@@ -14,7 +14,7 @@ from slewline.core.motion.quantity import Position, Velocity
 from slewline.core.motion.train import Playing, StepTrain
 from slewline.record.recording import outlines
 
-BOUND = "matplotlib: some 50 ticks and 100 texts, and the PNG of 1.3 million pixels"
+BOUND = "matplotlib: about 50 ticks and 100 texts, and the PNG of 1.3 million pixels"
 
 
 def line() -> None:
@@ -94,6 +94,11 @@ def pictures() -> list[Row]:
         row("figure of 60,000 steps", picture(long[0]), 5, BOUND),
         row("an hour at 9,675 steps/s: points", drawn(*hour), 0.5, "900 columns, 531 wraps, 600 queries per pin"),
         row("the same: figure", picture(hour[0]), 8, BOUND),
-        row("an hour of 6,000 moves of a program: figure", picture(program), 8, "each move separately, 40 flags"),
-        row("an hour of 12,000 moves: points", drawn(*to_and_fro), 10, "each move separately, in Python"),
+        row(
+            "an hour of 6,000 moves of a program: figure",
+            picture(program),
+            8,
+            "each move is drawn separately, with 40 flags",
+        ),
+        row("an hour of 12,000 moves: points", drawn(*to_and_fro), 10, "each move is processed separately, in Python"),
     ]

@@ -39,5 +39,5 @@ def rows() -> list[Row]:
 
         assert with_pyvcd() == count + len(PINS)
         sides = by_turns(with_pyvcd, lambda: slewline.read_vcd(path), 3)
-    bound = "about 30 NumPy passes over the words of a block; only pyvcd's tokens, without arrays"
-    return [Row(f"a VCD file of {count:,} edges read", None, "x pyvcd", 10, True, bound, sides)]
+    bound = "about 30 NumPy passes over the words of a block; pyvcd returns only tokens, not arrays"
+    return [Row(f"reading a VCD file of {count:,} edges", None, "x pyvcd", 10, True, bound, sides)]

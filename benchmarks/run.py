@@ -111,7 +111,7 @@ def plans() -> list[Row]:
         ),
         *beside_c(train, planned),
         Row(
-            "position of 1,000,000 instants",
+            "position at 1,000,000 instants",
             1 / best(lambda: long.count_many(np.arange(0, 7 * 10**12, 7 * 10**6))),
             "M queries/s",
             5,
@@ -124,8 +124,16 @@ def plans() -> list[Row]:
 def beside_c(train: StepTrain, planned: Callable[[], StepTrain]) -> Iterator[Row]:
     """Yield the rows of a plan, its ticks and a whole bench, compared with ticks from a step generator in C."""
     cases: tuple[tuple[str, Callable[[], object], str], ...] = (
-        ("expand to ticks", train.ends, "a long run is filled in place, short ones by np.repeat and np.cumsum"),
-        ("a first plan", planned, "the runs, in Python; the C code gets its runs ready"),
+        (
+            "expand to ticks",
+            train.ends,
+            "a long run of equal intervals is filled in place, short runs by np.repeat and np.cumsum",
+        ),
+        (
+            "a first plan",
+            planned,
+            "computing the runs of equal intervals in Python; the C code receives them ready-made",
+        ),
         ("plan and ticks", lambda: planned().ends(), "the same"),
         (
             "a whole bench, up to the arrays of its steps",
@@ -174,12 +182,12 @@ def endless() -> list[Row]:
             "a few events, for any number of steps",
         ),
         Row(
-            "the same with 1,000 read-outs, 1,000 rate changes, 100,000 calls of position_at",
+            "10,000,000 steps with 1,000 read-outs, 1,000 rate changes, 100,000 calls of position_at",
             chip.kernel.now / 1e12 / wall,
             REAL,
             500,
             True,
-            "the events of a readout, a ramp plan per rate change, a search per query",
+            "the events of each read-out, a ramp plan per rate change, a search per query",
         ),
     ]
 
@@ -248,7 +256,7 @@ def starting() -> list[Row]:
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stderr.strip()
     return [
         Row(
-            "import slewline, make a Bench, both from byte code, NumPy with one thread",
+            "import slewline and create a Bench, from bytecode, with NumPy on one thread",
             None,
             "x import numpy",
             1.3,
@@ -315,9 +323,9 @@ def hour() -> list[Row]:
             "MB",
             200,
             False,
-            f"the last second is kept; a window of 5 s is streamed ({size / 1e6:.1f} MB of VCD)",
+            f"the last second is kept; a window of 5 s was streamed ({size / 1e6:.1f} MB of VCD)",
         ),
-        Row("the same: speed", ratio, REAL, 20, True, "360,000 readouts"),
+        Row("the same: speed", ratio, REAL, 20, True, "360,000 read-outs"),
     ]
 
 

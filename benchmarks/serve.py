@@ -166,7 +166,7 @@ def registers(count: int) -> Iterator[tuple[str, Sides]]:
             for what, exchange, number in (
                 (f"{pace}, registers: an access", partial(port.inp, STATUS), count),
                 (f"{pace}, registers: a packet", partial(packed, port), count),
-                (f"{pace}, registers: a packet byte by byte", partial(by_bytes, port), count // 5),
+                (f"{pace}, registers: a packet, byte by byte", partial(by_bytes, port), count // 5),
             ):
                 part, echoing = number // BATCHES, partial(echoed, connection)
                 yield what, [(middle(timed(echoing, part)), middle(timed(exchange, part))) for _ in range(BATCHES)]
@@ -364,9 +364,9 @@ def polled(connections: list[socket.socket], seconds: float) -> list[float]:
 def module_rows() -> list[Row]:
     """Return the rows of the benchmark table for modules on serial lines."""
     times = {name: sorted(found) for name, found in (*single(1000), *many(10.0))}
-    switch = "two process switches, besides the exchange itself"
-    timer = "the system timer; the wire has one character more"
-    loop = "the exchange in virtual time; a turn of the loop with its system calls"
+    switch = "two process switches, in addition to the exchange itself"
+    timer = "the system timer; the wire has one more character"
+    loop = "the exchange in virtual time; one iteration of the loop with its system calls"
     found = [
         Row(f"{name}{what}", at(times[name], part), "ms", goal, False, bound)
         for name, what, part, goal, bound in (
@@ -403,10 +403,10 @@ def register_rows() -> list[Row]:
         for name, bound in (
             ("lockstep, registers: an access", "a bus cycle in virtual time"),
             ("lockstep, registers: a packet", "the packet itself, through the pins, as one message"),
-            ("lockstep, registers: a packet byte by byte", "the packet, polls, and two awaited messages"),
+            ("lockstep, registers: a packet, byte by byte", "the packet, polls, and two messages with a wait for each"),
         )
     ]
-    name, unit = "lockstep, byte by byte through the C header, median", "x an echo in C"
+    name, unit = "lockstep, registers: a packet, byte by byte, through the C header, median", "x an echo in C"
     if compiling.COMPILER is None:
         rows.append(Row(name, None, unit, None, False, "the same", absent=compiling.ABSENT))
     else:
@@ -417,8 +417,17 @@ def register_rows() -> list[Row]:
     bound = f"the simulation, {simulation:.3f} ms with both ends in one process; the loop and its system calls"
     rows.append(Row("lockstep, a packet: CPU time of the server", packet_of_server(1000), "ms", 0.2, False, bound))
     rows.append(Row("lockstep, a packet: CPU time of both ends", total, "ms", None, False, "the same"))
-    bound = "a turn of the loop, with the system calls of both ends"
-    rows.append(Row("the same without the simulation", total - simulation, "ms", None, False, bound))
+    bound = "one iteration of the loop, with the system calls of both ends"
+    rows.append(
+        Row(
+            "lockstep, a packet: CPU time of both ends, without the simulation",
+            total - simulation,
+            "ms",
+            None,
+            False,
+            bound,
+        )
+    )
     return rows
 
 

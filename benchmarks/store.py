@@ -50,10 +50,10 @@ def rows() -> list[Row]:
             "s",
             None,
             False,
-            "extrapolated from the last 4,096: the disk, once per character",
+            "extrapolated from the last 4,096 characters: one disk access per character",
         ),
         Row(
-            "... as whole files",
+            "64 KB, one character at a time, the whole file each time",
             whole,
             "s",
             None,

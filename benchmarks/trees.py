@@ -21,6 +21,27 @@ REFERENCE = "df29ad1ce7894d387f1fb76bd113b1aeb730468f"
 SHORT = REFERENCE[:8]
 ABSENT = f"commit {SHORT} is not in this repository"
 FORMER = {  # names of rows in the reference, by their present names
+    "20,000 waits for an edge or an instant; the instant comes first": (
+        "20,000 waits for an edge or an instant, the instant is first"
+    ),
+    "20,000 waits for an edge or an instant; the edge comes first": (
+        "20,000 waits for an edge or an instant, the edge is first"
+    ),
+    "20,000 waits for an edge or an instant; the edge comes first in half of them": (
+        "20,000 waits for an edge or an instant, the edge is first in half of them"
+    ),
+    "position at 1,000,000 instants": "position of 1,000,000 instants",
+    "10,000,000 steps with 1,000 read-outs, 1,000 rate changes, 100,000 calls of position_at": (
+        "the same with 1,000 read-outs, 1,000 rate changes, 100,000 calls of position_at"
+    ),
+    "CY545: entry of a program into an EEPROM": "CY545: a program into an EEPROM",
+    "move of 16,000,000 steps: the whole move, unobserved": "the same, unobserved",
+    "a move, trapezoid: plan and simulate": "a move, trapezoid: plan and play",
+    "a move, S-curve: plan and simulate": "a move, S-curve: plan and play",
+    "CY525, two switches watched": "two switches watched",
+    "60,000 steps: encoder after an inverter": "60,000 steps: encoder behind an inverter",
+    "60,000 steps: translator and motor with limits, most steps lost": "60,000 steps: the same, most steps lost",
+    "lockstep, registers: a packet, byte by byte": "lockstep, the same byte by byte",
     "1,000 times GET_STATUS, queued": "the same, queued",
     "100 random moves of a script, polling the status": "100 random moves of a script, asking for the status",
     "answers while a page shows 8 chips: added delay, p99": "answers with a page on 8 chips, later at p99",
@@ -29,7 +50,6 @@ FORMER = {  # names of rows in the reference, by their present names
     ),
     "CY525, queried once, at rest": "CY525, asked once, at rest",
     "lockstep, a packet: CPU time of the server": "lockstep, a packet: processor",
-    "lockstep, registers: a packet byte by byte": "lockstep, the same byte by byte",
     **{
         f"paced, {line}: answer time beyond the time on the wire{each}": f"paced, {line}: beyond the wire{each}"
         for line in ("TCP", "pty")

@@ -16,9 +16,9 @@ from slewline.core.wires.waits import first_of, until
 
 WAITS, LIMIT_PS = 20_000, 10_000
 CASES = {  # picoseconds from edge to edge, and how many waits an edge ends
-    "the edge is first in half of them": (15_000, WAITS // 2),
-    "the edge is first": (7_000, WAITS),
-    "the instant is first": (0, 0),
+    "the edge comes first in half of them": (15_000, WAITS // 2),
+    "the edge comes first": (7_000, WAITS),
+    "the instant comes first": (0, 0),
 }
 
 
@@ -106,7 +106,7 @@ def timers(kernel_is_ours: bool) -> Callable[[], Callable[[], None]]:
 def rows() -> list[Row]:
     """Return the rows of waits for an edge or an instant, and for instants alone."""
     cases: dict[str, tuple[Callable[[], Callable[[], None]], Callable[[], Callable[[], None]]]] = {
-        f"20,000 waits for an edge or an instant, {name}": (
+        f"20,000 waits for an edge or an instant; {name}": (
             partial(theirs, *case),
             partial(ours, *case),
         )

@@ -90,7 +90,7 @@ def rows() -> list[Row]:
     bounds = saving(names[0], moving, 2_000_000, "per edge"), saving(names[1], dialogue, 5_000, "per command")
     return [
         Row(names[0], None, "x pyvcd", 8, True,
-            f"expanding trains, sorting 8 nets into one, NumPy digit tables: {bounds[0]}", trains),
+            f"expanding step trains, merging 8 nets into one, NumPy digit tables: {bounds[0]}", trains),
         Row(names[1], None, "x pyvcd", 3, True,
-            f"the entries of the log, one by one; then as above: {bounds[1]}", talk),
+            f"the bytes of each command, one by one, then the same work as for the 2,000,000 edges: {bounds[1]}", talk),
     ]  # fmt: skip
