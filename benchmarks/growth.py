@@ -122,7 +122,7 @@ def rows() -> list[Row]:
     found = []
     for name, prepare, number in CASES:
         power = exponent(prepare, number)
-        bound = "each takes the same time as the first one"
+        bound = "each takes the same time as the first"
         if power > GOAL:
             without = exponent(partial(uncollected, prepare), number)
             bound = f"Python's garbage collector ({without:.2f} without it), and the processor caches"

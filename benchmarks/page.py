@@ -34,7 +34,8 @@ from a profile of this run. A goal that is met by less than 5 % is *at the limit
 
 Some goals were set in virtual seconds per CPU second on one machine, an AMD EPYC (Zen 5). On other machines they are
 replaced by ratios to commit {short}: each goal is divided by the figure of that commit on the EPYC. That figure was
-measured on an Intel Xeon, and divided by 0.62, the ratio of the two machines. {example}.
+measured on an Intel Xeon, and divided by 0.62, the ratio of the two machines.
+{example}.
 `python benchmarks/beside.py reference` prints the ratios of the other goals.
 
 ## Goals missed

@@ -122,7 +122,7 @@ def back() -> Iterator[Row]:
         "ms",
         None,
         False,
-        "the session",
+        "the whole session",
     )
 
 
@@ -200,7 +200,7 @@ def windows() -> Iterator[Row]:
     yield Row(
         "scope: an hour of 8 signals, 1,200 columns", again, "ms", 50, False, "the cells of each signal, from a table"
     )
-    bound = f"{moves:,} moves, once; in slices, between other work"
+    bound = f"{moves:,} moves, processed once, in slices between other work"
     yield Row("scope: an hour of 8 signals, 1,200 columns, for the first time", first, "ms", None, False, bound)
 
 

@@ -58,7 +58,7 @@ def rows() -> list[Row]:
             "s",
             None,
             False,
-            "extrapolated from 200: the disk, and writing and reading the whole file",
+            "extrapolated from 200 characters: disk access, and writing and reading the whole file",
         ),
     ]
 
