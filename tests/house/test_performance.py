@@ -176,7 +176,7 @@ def test_a_goal_in_real_time_becomes_one_relative_to_the_reference(load, rows):
     plain, ratio, then = asked.beside(row(rows, 100.0, None, name=name, bound="calls", unit=rows.REAL), pairs)
     assert (plain.figure, plain.goal, plain.bound) == (100, None, "")
     assert (ratio.figure, ratio.goal, ratio.verdict) == (pytest.approx(2), 2.03, "NO")
-    assert ratio.bound == "calls; the goal is 100 x real time on the machine where df29ad1c reaches 49.2"
+    assert ratio.bound == "calls; the goal is 100 x real time on the machine on which df29ad1c reaches 49.2"
     assert (then.figure, then.goal, then.verdict) == (pytest.approx(2), 3.5, "NO")
 
 
