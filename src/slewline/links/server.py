@@ -70,16 +70,20 @@ class Server(Closing):
         bench: the bench that is served; another one after `past.go_on`, or when a client goes back in time.
         pace, allow_remote, report: the arguments.
         lines: the lines to chips, by name.
-        ports: the open ports; log: the transcript.
+        ports: the open ports.
+        log: the transcript.
         loop: waits for bytes and events; `loop.ask(f)` calls a function in the thread of the server.
         notes: functions that return text for the status line, for example the status of a drive.
-        troubles: messages about failures outside the chips (file errors); found: the number of findings.
+        troubles: messages about failures outside the chips (file errors).
+        found: the number of findings.
         branch: the number of the run that is shown; 0 is the run that began with the server.
         breakpoints: conditions that pause virtual time.
         past: access to the past: `past.at(t)`, and `past.go_on`, after which another bench is served.
         branches: the runs that began in the past, and which of them is shown.
-        views: data for the control port; adapters: unplugged ports.
-        reports: findings for the user, without repetitions; closed: whether the server is closed.
+        views: data for the control port.
+        adapters: unplugged ports.
+        reports: findings for the user, without repetitions.
+        closed: whether the server is closed.
     """
 
     def __init__(
