@@ -135,12 +135,12 @@ def curves() -> Callable[[], Ran]:
     return run
 
 
-PROMISED = "a few events; pulses are promised, not simulated"
+PROMISED = "a few events; pulses are kept as trains, not simulated one by one"
 CASES = (
     ("at 1.5625 Mpulses/s", contour(TOP, TOP), PROMISED),
     ("at 61 % of 1.5625 Mpulses/s", contour(TOP * 61 // 100, TOP), PROMISED),
     ("in ramps throughout", contour(TOP, TOP // 30_518), PROMISED),
-    ("in ten S-curves each", curves, "90 packets in between"),
+    ("in ten S-curves each", curves, "90 packets between the S-curves"),
 )
 
 
@@ -302,10 +302,13 @@ MOVES = 200
 def moves() -> list[Row]:
     """Return the rows of the time of a whole move."""
     rows = []
-    for name, settings, runs in (("trapezoid", TRAPEZOID, "four runs"), ("S-curve", S_CURVE, "one run")):
+    for name, settings, runs in (
+        ("trapezoid", TRAPEZOID, "four runs and their starting instants"),
+        ("S-curve", S_CURVE, "one run and its starting instant"),
+    ):
         pairs = [(moved("CLR_STATUS", settings), moved("UPDATE", settings)) for _ in range(9)]  # by turns
         packets, move = (median(column) for column in zip(*((one, both - one) for one, both in pairs), strict=True))
-        bound = f"{runs}, and their starting instants; compared with {packets * 1e6:.0f} µs for two packets"
+        bound = f"{runs}; compared with {packets * 1e6:.0f} µs for two packets"
         rows.append(Row(f"a move, {name}: plan and simulate", move * 1e6, "µs", None, False, bound))
     return rows
 

@@ -90,7 +90,7 @@ def recorded() -> list[Row]:
     watched = spoken(*POLLING, "100 ms", tuple(f"x.{pin}" for pin in ("xmem_sel", "ale", "rd", "wr", "db")))
     bound = profiled.bound(name, watched, 100, "per virtual millisecond")
     sides = prepared_by_turns(spoken(*POLLING, "100 ms"), watched)
-    return [Row(name, None, "x the unrecorded", 0.8, True, bound, sides)]
+    return [Row(name, None, "x the speed without recording", 0.8, True, bound, sides)]
 
 
 def planning() -> list[Row]:

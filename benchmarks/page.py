@@ -33,8 +33,9 @@ from a profile of this run. A goal that is met by less than 5 % is *at the limit
 - *expand*: compute the time of every step
 
 Some goals were set in virtual seconds per CPU second on one machine, an AMD EPYC (Zen 5). On other machines they are
-replaced by ratios to commit {short}: each goal is divided by the figure of that commit on the EPYC. That figure was
-measured on an Intel Xeon, and divided by 0.62, the ratio of the two machines.
+replaced by ratios to commit {short}: each goal is divided by the figure of that commit for the EPYC (Zen 5). Except
+for the entry of a program into an EEPROM, this figure is calculated: it is the figure measured on an Intel Xeon,
+divided by 0.62, the speed of the Xeon relative to the EPYC.
 {example}.
 `python benchmarks/beside.py reference` prints the ratios of the other goals.
 

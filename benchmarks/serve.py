@@ -365,7 +365,7 @@ def module_rows() -> list[Row]:
     """Return the rows of the benchmark table for modules on serial lines."""
     times = {name: sorted(found) for name, found in (*single(1000), *many(10.0))}
     switch = "two process switches, in addition to the exchange itself"
-    timer = "the system timer; the wire has one more character"
+    timer = "the system timer; the time on the wire is calculated for one character more than the exchange has"
     loop = "the exchange in virtual time; one iteration of the loop with its system calls"
     found = [
         Row(f"{name}{what}", at(times[name], part), "ms", goal, False, bound)

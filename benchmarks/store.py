@@ -45,7 +45,7 @@ def rows() -> list[Row]:
         whole, appended = writing(Path(folder) / "whole"), appending(Path(folder) / "appended")
     return [
         Row(
-            "64 KB, one character at a time",
+            "64 KB written to a file, one character at a time",
             appended,
             "s",
             None,
@@ -53,7 +53,7 @@ def rows() -> list[Row]:
             "extrapolated from the last 4,096 characters: one disk access per character",
         ),
         Row(
-            "64 KB, one character at a time, the whole file each time",
+            "64 KB written to a file, one character at a time, the whole file each time",
             whole,
             "s",
             None,

@@ -21,13 +21,13 @@ REFERENCE = "df29ad1ce7894d387f1fb76bd113b1aeb730468f"
 SHORT = REFERENCE[:8]
 ABSENT = f"commit {SHORT} is not in this repository"
 FORMER = {  # names of rows in the reference, by their present names
-    "20,000 waits for an edge or an instant; the instant comes first": (
+    "20,000 waits for an edge or an instant (the instant comes first)": (
         "20,000 waits for an edge or an instant, the instant is first"
     ),
-    "20,000 waits for an edge or an instant; the edge comes first": (
+    "20,000 waits for an edge or an instant (the edge comes first)": (
         "20,000 waits for an edge or an instant, the edge is first"
     ),
-    "20,000 waits for an edge or an instant; the edge comes first in half of them": (
+    "20,000 waits for an edge or an instant (the edge comes first in half of them)": (
         "20,000 waits for an edge or an instant, the edge is first in half of them"
     ),
     "position at 1,000,000 instants": "position of 1,000,000 instants",
@@ -35,6 +35,10 @@ FORMER = {  # names of rows in the reference, by their present names
         "the same with 1,000 read-outs, 1,000 rate changes, 100,000 calls of position_at"
     ),
     "CY545: entry of a program into an EEPROM": "CY545: a program into an EEPROM",
+    "64 KB written to a file, one character at a time": "64 KB, one character at a time",
+    "64 KB written to a file, one character at a time, the whole file each time": (
+        "64 KB, one character at a time, the whole file each time"
+    ),
     "move of 16,000,000 steps: the whole move, unobserved": "the same, unobserved",
     "a move, trapezoid: plan and simulate": "a move, trapezoid: plan and play",
     "a move, S-curve: plan and simulate": "a move, S-curve: plan and play",

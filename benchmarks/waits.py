@@ -106,7 +106,7 @@ def timers(kernel_is_ours: bool) -> Callable[[], Callable[[], None]]:
 def rows() -> list[Row]:
     """Return the rows of waits for an edge or an instant, and for instants alone."""
     cases: dict[str, tuple[Callable[[], Callable[[], None]], Callable[[], Callable[[], None]]]] = {
-        f"20,000 waits for an edge or an instant; {name}": (
+        f"20,000 waits for an edge or an instant ({name})": (
             partial(theirs, *case),
             partial(ours, *case),
         )
