@@ -9,9 +9,9 @@
     (G, R: recorded inputs; m: the instant of a new one)
 
 A running bench cannot be copied.  So a second bench, the shadow, plays the journal of the first with a delay, so that
-it never passes an instant at which an input may still be inserted (`Past.follow`).  To go back, the shadow plays on
-(from R above), with the new inputs inserted among the old ones.  The cost is that of the run from that point
-on, regardless of how long the bench ran before.  Each new run uses up one shadow.
+it never passes an instant at which an input may still be inserted (`Past.follow`).  To change the past,
+the shadow plays on (from R above), with the new inputs inserted among the old ones.  The cost is that of
+the run from that point on, regardless of how long the bench ran before.  Each new run uses up one shadow.
 
 A server can also go back in another process: `links/time/server_past.py`.
 

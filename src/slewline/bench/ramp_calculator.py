@@ -56,7 +56,7 @@ def find_ramps(
 ) -> list[Ramp]:
     """Search all values of the free parameters for the ramps nearest to a goal; return them, the nearest first.
 
-    Free parameters are S and Z of the CY525, R of the GS-C modules, and SET_ACC or one of SET_MAX_ACC and
+    Free parameters are S and Z of the CY525, R of the GS-C modules, and one of SET_ACC, SET_MAX_ACC and
     SET_JERK of the MC1451A family, unless a value is given.  Of two ramps that are equally near, the slower
     one comes first.  Of several ramps with the same time, acceleration or steps (whichever is the goal),
     only the slowest is returned; if several are equally slow, the one with the lowest Z and, if these are

@@ -37,12 +37,12 @@ class TimedStream(Protocol):
 
 
 def _seen(_net: Net) -> None:
-    """Do nothing: while a net has this observer, conditions are tested at each promised edge of the net."""
+    """Do nothing; observing a net makes each of its promised edges an instant at which conditions are tested."""
 
 
 @dataclass
 class Wait:
-    """A wait for a condition until an instant; `done` is called with True if the condition is met, else False."""
+    """A wait for a condition, at most until an instant; `done` gets True if the condition is met, else False."""
 
     met: Callable[[], bool]
     limit_ps: int

@@ -11,7 +11,7 @@ A plug-in is a class that must define `sheet`.  It may define further attributes
 A built-in chip is a folder that contains those of the following files that the chip needs:
 
     sheet.py         pins, commands, registers, times, LIMITS between edges, OPTIONS, dialect, channels, each with its
-                     section of the manual; describe, asm, dis and lint read nothing else
+                     section of the manual; the commands asm, dis, lint and describe read nothing else
     firmware.py      the class: its objects, and their public properties; other behaviour is an object in a file of
                      its own, and a diagram at the top of firmware.py shows which object knows which
     instructions.py  a method for each command, found by the name of its row (`do_divisor`); a command that only sets,

@@ -221,11 +221,11 @@ def ramp_command(**options: Any) -> int:
 
     A bare number is the value of the command; "SET_VEL=12345 steps/s" or "R=6000 steps/s" selects the value
     nearest to a rate, and "SET_ACC=20000 steps/s2" the value nearest to an acceleration.  With --time,
-    --accel or --steps, some parameters may be left out: S and Z (CY525), S (CY545), R (GS-C), SET_ACC, or
-    one of SET_MAX_ACC and SET_JERK. Of all possible ramps, those nearest to the requested value are listed;
-    if two are equally near, the slower comes first.  Of several ramps with the same time (or acceleration,
-    or steps), only the slowest is listed; if several are equally slow, the one with the lowest Z, then with
-    the lowest S, R, acceleration or jerk.
+    --accel or --steps, some parameters may be left out: S and Z (CY525), S (CY545), R (GS-C), one of
+    SET_ACC, SET_MAX_ACC and SET_JERK (MC1451A family).  Of all possible ramps, those nearest to the
+    requested value are listed; if two are equally near, the slower comes first.  Of several ramps with the
+    same time (or acceleration, or steps), only the slowest is listed; if several are equally slow, the one
+    with the lowest Z, then with the lowest S, R, acceleration or jerk.
     """
     from .ramp import ramp
 

@@ -118,7 +118,7 @@ def nearest(
     values: Mapping[str, str],
     options: Mapping[str, Any] | None = None,
 ) -> list[Ramp]:
-    """Return the ramps nearest to the requested values, `best` in number; a requested time is in whole ps."""
+    """Return at most `best` ramps, the nearest to the requested values; a requested time is in whole ps."""
     time, accel, steps = wanted.values()
     duration = None if time is None else f"{time} ps"  # a bare number below 1000 would be refused
     goal = {"time": duration, "acceleration": accel, "steps": steps}
@@ -148,7 +148,7 @@ def several(calculator: Calculator, parameters: Sequence[str]) -> list[dict[str,
 
 
 def named(calculator: Calculator, parameters: Sequence[str]) -> dict[str, str]:
-    """Return the values of the parameters, which are texts NAME=VALUE, by name.
+    """Return the values of parameters that are given as texts NAME=VALUE, keyed by name.
 
     Raises:
         UnknownName: there is no such parameter.

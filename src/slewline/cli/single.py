@@ -79,7 +79,7 @@ def single(
 def read(text: str, file: str, sheet: Sheet) -> tuple[Script, dict[str, int]]:
     """Return the script of a program file, and the straps that it needs.
 
-    The bytes of a .hex file go to a chip in binary mode, or to a chipset packet by packet; a module on a
+    The bytes of a .hex file go to a chip in binary mode or, as separate packets, to a chipset; a module on a
     serial line is strapped for its highest rate and for lines without checksums.
     """
     from ..bench.files.hex_text import is_named_hex

@@ -338,7 +338,7 @@ class Chip(Component, OneAxis):
         raise NotImplementedError
 
     def check_wiring(self) -> None:
-        """Report, as findings, undriven inputs without a pull-up, which read low; called before time first passes."""
+        """Report, as findings, undriven inputs that have no pull-up and so read low; called before time passes."""
         for row in self.sheet.pins:
             net = self.pins[row.name].net
             if row.in_out == "in" and row.pull is None and net.tie is None and not net.drivers:
@@ -461,11 +461,11 @@ class Chip(Component, OneAxis):
             await until(self.kernel, self.clock.ps(tick))
 
     async def polled(self, net: Net, wanted: int, every: int, *others: tuple[Net, int]) -> Net:
-        """Sample a net every `every` clocks, starting now, until its level is `wanted`; return the net.
+        """Sample a net periodically, starting now, until its level is `wanted`; return the net.
 
-        `others` are further nets, each with a level that also ends the wait; the net that ends it is returned.
-        The sampling instants are computed, not stepped through; a level that ends before the next instant is
-        missed.
+        The period is `every` clocks.  `others` are further nets, each with a level that also ends the wait; the
+        net that ends it is returned.  The sampling instants are computed, not stepped through; a level that does
+        not last until the next instant is missed.
         """
         pairs = ((net, wanted), *others)
         origin = self.tick

@@ -1,7 +1,8 @@
 """The interface of a chip for its firmware and for the objects inside it.
 
 The interface for users is in [the reference](docs/reference/api.md).  Firmware objects receive the same
-chip typed as `ChipContext`; a type checker proves that they use nothing else.  No effect at run time.
+chip typed as `ChipContext`; a type checker proves that they use nothing else.  This has no effect at run
+time.
 """
 
 from __future__ import annotations

@@ -5,7 +5,7 @@
 
 The horizon is a fixed time, the same for steps and calls.  So messages to a host are true: "motion
 complete" arrives when the motor has stopped, not one horizon earlier.  Calls never overtake each
-other, because the delay only grows while output is pending.
+other, because the delay never becomes shorter while output is pending.
 """
 
 from __future__ import annotations

@@ -112,7 +112,7 @@ class DriveState:
         self.undecided = undecided
 
     def count_from(self, counted: int, travel: int, net: int) -> None:
-        """Record that the board's count is `counted` at `travel` of the model; `net`: steps fed, up minus down."""
+        """Record that the board's count is `counted` when the travel is `travel`; `net`: steps fed, up minus down."""
         self.count_origin, self.counted_from = counted - travel, travel - net
 
     def correct(self, steps: int) -> None:

@@ -56,7 +56,7 @@ class Alignment:
         """Align a model that is frozen, or off by a large constant time, if no motion is pending.
 
         The model of a server is frozen while paused; its offset from the board's time is constant after the
-        server has skipped a lag.
+        server has lagged and has skipped the lost time.
         """
         before_ps, before = self._looked_ps, self._off
         self._looked_ps, self._off = self.state.kernel.now, self._ahead(tick)

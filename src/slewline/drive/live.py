@@ -113,7 +113,7 @@ class Live:
 
     # -------------------------------------------------------------------------------------------------------- at length
     def keep_up(self, until: int, wait: Wait | None) -> bool:
-        """Keep the model in step with the board until an instant (ps) or until `wait` is met; return whether it is."""
+        """Run in step with the board until an instant (ps) or until `wait` is met; return whether `wait` was met."""
         state = self.state  # a turn may exchange its kernel
         self.alignment.catch_up()
         self.turn()

@@ -231,7 +231,7 @@ class Talk:
 
 
 def identified(port: BoardPort, wall: Callable[[], int], wait: Callable[[float], object] = sleep) -> BoardModel:
-    """Return the model of the board on a port; do not configure the board, nor stop a motion in progress.
+    """Return the model of the board on a port, without configuring the board or stopping a motion in progress.
 
     Args:
         wall: returns the wall-clock time in nanoseconds.

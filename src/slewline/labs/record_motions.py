@@ -29,7 +29,7 @@ Result = TypeVar("Result")
 
 
 class RecordMotion(NamedTuple):
-    """A requested motion: to a dial position or, if `homing` is 1 (in positive steps) or -1, a homing run.
+    """A requested motion: to a dial position, or a homing run if `homing` is 1 (towards positive steps) or -1.
 
     `button` is the field that is 1 during the motion: the homing field or the jog field; "" for neither.
     """

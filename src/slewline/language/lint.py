@@ -92,7 +92,7 @@ def explored(block: Block, address: int, states: Sequence[S], step: Callable[[St
 def branches(source: Source) -> list[tuple[Statement, Operand, Block]]:
     """Return every branch with its target, and the program that contains the target.
 
-    For a branch outside programs, this is the last program entered before the branch; if there is none, the
+    For a branch outside programs, the program is the last one entered before the branch; if there is none, the
     branch is omitted.
     """
     found = []

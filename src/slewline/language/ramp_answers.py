@@ -49,8 +49,8 @@ class RampParameter:
     seconds in the denominator of its unit: 1 for a rate, 2 for an acceleration.  If `only` is, for
     example, ("profile", "s-curve"), the parameter exists only if the parameter "profile" is "s-curve".
 
-    Ramp trials (slewline tune) try values for which the results of `measure`, a function that increases with
-    the value, are evenly spaced; `tried` states the values that are tried by default.
+    `measure` is a function that increases with the value.  Ramp trials (slewline tune) try values at which
+    its results are evenly spaced; `tried` states the values that are tried by default.
     """
 
     name: str
@@ -87,7 +87,7 @@ class Wanted(NamedTuple):
         return {"time": ramp.time_ps, "acceleration": ramp.acceleration, "steps": ramp.steps}[self.goal]
 
     def beyond(self, bounds: tuple[float, float]) -> float:
-        """Return the least difference from the goal that a ramp can have if its goal quantity is within `bounds`."""
+        """Return the least difference from the goal if a ramp's time, acceleration or steps are within `bounds`."""
         return max(bounds[0] - self.value, self.value - bounds[1], 0.0)
 
 
@@ -439,8 +439,8 @@ def nearest(calculator: Calculator, search: Search) -> list[Ramp]:
 
     Of two ramps equally near to the goal, the one that takes longer comes first.  Of ramps that have the
     same time, acceleration or steps, whichever is the goal, only the one that takes longest is listed.  If
-    several of these take equally long, only the ramp with the smallest last free parameter is listed; if
-    that is equal, too, the one with the smallest last but one, and so on.
+    several of these take equally long, only the ramp whose last free parameter is smallest is listed; if
+    these are equal, too, the one whose last parameter but one is smallest, and so on.
     """
     wanted = search.wanted
     best: dict[float, tuple[tuple[float, int, tuple[int, ...]], Ramp]] = {}

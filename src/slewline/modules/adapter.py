@@ -81,7 +81,7 @@ class FramedSpeech(Speech):
         return MappingProxyType(found | {"direction": (f"?{STATUS}", _part(STATUS, last + 1, last, 1))})
 
     def value(self, what: str, reply: str) -> str:
-        """Return the value named `what` as text, from the bytes in `reply`: a number; for a direction, its command."""
+        """Return the value named `what`, given the reply: a number as text or, for a direction, its command."""
         if what == "adapter":
             return reply
         data = bytes.fromhex(reply)

@@ -217,7 +217,7 @@ class Conversation:
 
     @cached_property
     def heads(self) -> dict[str, str]:
-        """Descriptions of commands and queries, keyed by the first characters of the commands, or by whole queries."""
+        """Descriptions of commands, keyed by their first characters, and of queries, keyed by their whole text."""
         found: dict[str, str] = {}
         for row in self.sheet.commands:
             description = f"{syntax(row)}: {row.description}"

@@ -130,7 +130,7 @@ def _misfit(wires: dict[str, _Wire], baud: int, word: CharacterFormat) -> tuple[
 
 
 def _entries(characters: dict[str, list[Character]], begin: int) -> list[DialogueEntry]:
-    """Return entries timed as by a proxy: host characters at their start, module characters at their end."""
+    """Return entries with the times that a proxy records: a host character's start, a module character's end."""
     instants: list[tuple[int, Speaker, int]] = [(each.start_ps, "host", each.byte) for each in characters["host"]]
     instants += [(each.end_ps, "module", each.byte) for each in characters["module"]]
     gathered = Gathered()

@@ -66,7 +66,7 @@ class WholeFile(WholeOrNothing):
     As a context manager, it closes the file, or discards it if the block raises an exception.
 
     Args:
-        own: True if slewline chose the name rather than the user: a symbolic link with that name is refused.
+        own: True if slewline, not the user, chose the name; a symbolic link with that name is refused.
         durable: write the bytes to disk before the file takes its name, so that it survives a power failure.
 
     Attributes:

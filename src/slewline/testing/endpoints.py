@@ -131,7 +131,7 @@ class PortEndpoint(Rig):
         self.thread.start()
 
     def pace_of(self, rate: str | float | None) -> Pace:
-        """Return the pacing of virtual time: only while a wait needs it if `rate` is None, else by the wall clock."""
+        """Return the pacing of virtual time: if `rate` is None, it passes only for waits, else with the wall clock."""
         return Lockstep(self.bench) if rate is None else Paced(self.bench, rate)
 
     def do(self, action: Callable[[], Result]) -> Result:

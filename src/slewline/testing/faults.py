@@ -259,7 +259,7 @@ class Faults(Part):
         return self._scheduled("bouncing limit", begin, terminal.release, at, lasting)
 
     def eeprom_fault(self, at: Time | None = None, lasting: Time | None = None) -> Fault:
-        """Make EEPROM programming fail: the M command is answered with E6, as is X until a write succeeds."""
+        """Make EEPROM programming fail: the M command is answered with E6; so is X, until a write succeeds."""
         fail = getattr(self.chip, "fail_eeprom", None)
         if fail is None:
             raise UsageError(f"EEPROM fault: {self.chip.name}, a {self.chip.sheet.part}, has no EEPROM")
@@ -301,7 +301,7 @@ class ReportedNoise(Noise):
         self.receiver, self.report = receiver, report
 
     def hit(self, byte: int) -> tuple[int | None, str]:
-        """Return the received byte, or None if it is lost, and its frame's fault, "" if none; report any effect."""
+        """Return the received byte (None if lost) and the fault of its frame ("" if none); report any effect."""
         passed, fault = super().hit(byte)
         if passed is None:
             self.report(f"{byte:#04x} to the {self.receiver} is lost")

@@ -100,7 +100,7 @@ class Rig:
             rate in its data sheet.
         store: a file that holds the EEPROM, which may be the chip's external memory.
         memory: a file with an image of the external memory, as a dump or in Intel HEX.
-        rate: virtual seconds per second; None if virtual time does not wait for the wall clock.
+        rate: virtual seconds per real second; None if virtual time does not wait for the wall clock.
         log: a file for the transcript.
         options: the options of the part.
     """
@@ -150,7 +150,7 @@ class Rig:
         self.away = ""
 
     def look(self) -> str:
-        """Return why the port cannot be found, after 100 ms of virtual time; if it can be, return "" directly."""
+        """Return "" if the port can be found; otherwise let 100 ms of virtual time pass, and return the reason."""
         if why := self.away:
             self.wait(never, LOOK_PS)
         return why

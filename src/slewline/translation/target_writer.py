@@ -142,7 +142,7 @@ class Target:
         return make(self, program, options).written()
 
     def read_back(self, text: str, options: WriterOptions) -> PlayedTrace:
-        """Return the events of a text in the target's language, as the target's reader follows the text."""
+        """Return the events of a text in the target's language, found by the target's reader."""
         read: Callable[[str, WriterOptions], PlayedTrace] = found("reading_back", self.reader)
         return read(text, options)
 

@@ -86,7 +86,7 @@ def translate(
 
     Raises:
         UnknownName: the part or target does not exist.
-        UsageError: an argument is out of range, or `strict` is set and a line is not the same.
+        UsageError: an argument is out of range, or `strict` is set and a line's verdict is not "the same".
         ProgramError: the source's part does not accept some lines.
         BenchFileError: the file cannot be read, or is not text.
     """

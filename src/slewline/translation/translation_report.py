@@ -75,7 +75,7 @@ class ReportLine:
 
     @property
     def kind(self) -> LineKind:
-        """The worst kind among the line's verdicts; a line without verdicts counts as the same."""
+        """The worst kind among the line's verdicts; for a line without verdicts, "the same"."""
         return max((each.kind for each in self.verdicts), key=lambda kind: kind.worth, default=LineKind.SAME)
 
 

@@ -38,7 +38,7 @@ SAME_LEVEL = ("output", "input", "step", "direction")  # roles whose levels are 
 
 @dataclass(frozen=True, slots=True)
 class BenchLine:
-    """An element of the bench other than a program, its counterpart `becomes` (empty: none), and advice."""
+    """A bench element that is not a program; its counterpart, `becomes` (empty: none); and advice."""
 
     what: str
     becomes: str = ""

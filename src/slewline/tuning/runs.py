@@ -21,7 +21,7 @@ Order = Callable[[int], Sequence[Scenario]]  # by number in the row: the scenari
 
 
 class Outcome(NamedTuple):
-    """A candidate's outcome: the scenario in which it fails, if any, and its maximum lag until then."""
+    """A candidate's outcome: the scenario in which it fails, if any, and its maximum lag in those judged."""
 
     place: int
     killer: Scenario | None

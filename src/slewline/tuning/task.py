@@ -114,7 +114,7 @@ class Tuned:
         switched: True if the recommended move was judged with the switching chopper as well.
         runs: the number of runs on which the result is based.
         runs_here: the number of runs that were computed in this session.
-        exhaustive: the number of runs of all candidates in all scenarios.
+        exhaustive: the number of runs that judging all candidates in all scenarios would take.
         killers: the number of candidates that failed in each scenario, by the scenario's name.
         map: every grid point, if all candidates were judged; otherwise empty.
     """
@@ -145,7 +145,7 @@ class Tuned:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Effects, other than the ramps, that may decide the result, such as a large chopper ripple, as texts."""
+        """Texts on effects, other than the ramps, that may decide the result, such as a large chopper ripple."""
         return chopper_notes(self.task.motor, self.task.driver, self.task.given.get("driver"))
 
     @property

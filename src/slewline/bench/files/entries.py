@@ -72,8 +72,8 @@ class Entries:
     """The entries of a journal file, with the numbers of their lines; each iteration starts at the first entry.
 
     If `begin` is given, reading starts at that byte offset, which must be the start of a line; `before` is
-    the number of lines before that offset, from which line numbers continue.  A truncated last line is left
-    out, and the first iteration issues the warning TornJournal.
+    the number of lines before that offset, and line numbers continue from this number.  A truncated last
+    line is left out, and the first iteration issues the warning TornJournal.
 
     Raises:
         BenchFileError: the file is not readable or not a journal; or, during reading, an entry is invalid.

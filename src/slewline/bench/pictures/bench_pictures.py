@@ -204,7 +204,7 @@ class Pictures:
         return (min(begin for begin, _ in spans), max(end for _, end in spans)) if spans else None
 
     def _loaded(self, axes: AxisNames, before: int) -> int:
-        """Return the instant (ps) of the last load of a position register at or before the instant `before` (ps).
+        """Return the instant (ps), up to the instant `before` (ps), at which a position register was last loaded.
 
         The result is never earlier than the start of the kept past.  Earlier values are not shown.
         """

@@ -23,7 +23,7 @@ Chosen = tuple[Part, tuple[Quantity, ...]]  # a part, and its quantities shown
 
 
 def chosen(parts: Mapping[str, Part], wanted: Sequence[str] | str | None, chips: Sequence[Chip]) -> list[Chosen]:
-    """Return the parts whose quantities are shown, each with those of its quantities that are shown.
+    """Return the parts of which quantities are shown, each with these quantities.
 
     Args:
         wanted: names of parts, or of single quantities, "m.position"; None: all parts that have quantities and are
@@ -68,7 +68,7 @@ def joints_of(part: Part) -> set[object]:
 
 
 def moving_from_to(axis: OneAxis, start: int, stop: int) -> tuple[int, int] | None:
-    """Return the first and the last instant (ps) at which an axis moves in a window; None if it takes no step in it."""
+    """Return the first and the last instant (ps) at which an axis moves in a window; None if there is no step."""
     played = [(train, a, b) for _, train, a, b in axis.motor.played(start, stop)]
     if not played:
         return None

@@ -311,7 +311,7 @@ def comments_of(chips: Iterable[Chip], values: bool, parts: Iterable[Part] = ())
 
 
 def view_of(chips: Sequence[Chip], start: int, stop: int, unit: int) -> ViewerSetup:
-    """Return the initial view and the marks for a viewer: the motion, or the whole window (ps) if nothing moves."""
+    """Return a viewer's marks, and its initial view: the motion, or the whole window (ps) if nothing moves."""
     from ...record.waveforms.viewer_layouts import ViewerSetup
 
     axes = [axis for chip in chips for _, axis in axes_of(chip)]

@@ -141,7 +141,7 @@ def _until(rest: str) -> DirectiveKind:
 
 
 async def _reached(runner: ScriptRunner, chip: Chip, position: int) -> None:
-    """Wait, without computing each step, until steps or a load bring the position register to `position`."""
+    """Wait, without computing each step, until the position register reaches `position` or is set to it."""
     axis = runner.axis(chip)
     axis.on_change.add(runner.event.set)
     try:

@@ -48,7 +48,7 @@ QUANTITIES = (
 
 
 def law_of(values: Values) -> profile.Law:
-    """Return the law that two of the values, the chip options `ramp_unit` and `ramp_jumps`, select."""
+    """Return the law selected by two of the values, the chip options `ramp_unit` and `ramp_jumps`."""
     return profile.Law(int(values["ramp_unit"]), values["ramp_jumps"] == "True")
 
 

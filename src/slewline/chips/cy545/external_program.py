@@ -36,7 +36,7 @@ class Program:
 
     @property
     def counter(self) -> int | None:
-        """The address of the present program command, or the next one during a host command; None: no program runs."""
+        """Address of the present program command or, during a host command, of the next; None if no program runs."""
         if not self.running:
             return None
         return self.registers.pointer if self.immediate else self.at

@@ -187,7 +187,7 @@ class Cy545(Chip):
 
     @property
     def program_counter(self) -> int | None:
-        """The address of the present program command, or the next one during a host command; None: no program runs."""
+        """Address of the present program command or, during a host command, of the next; None if no program runs."""
         return self._stored.counter
 
     def _does(self) -> tuple[str, int]:

@@ -94,7 +94,7 @@ class TwinSteps:
         self.end(why)
 
     def end(self, why: Why | None) -> None:
-        """End the motion for a reason; None if it is complete or was stopped by a command."""
+        """End the motion; `why` is the reason, None if the motion is complete or was stopped by a command."""
         self.log.end(why)
         self.moving = False
 

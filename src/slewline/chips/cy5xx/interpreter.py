@@ -49,7 +49,7 @@ class Interpreter:
             )
 
     def lead(self, row: Row) -> int:
-        """Return how many clocks before its due time a command begins.
+        """Return the number of clocks by which a command begins before it is due.
 
         A motion begins early, because it sets READY and DIRECTION before its first step.
         """
@@ -99,7 +99,7 @@ class Interpreter:
         return self.decoder.kept(data, at, ascii)
 
     def keep(self, data: bytes) -> None:
-        """Add `data`, which are bytes that `kept` has counted, to the command."""
+        """Add the bytes of `data`, as counted by `kept`, to the command."""
         self.decoder.keep(data, self.port.ascii, self.program.entering)
 
     async def execute(self, command: Command) -> None:

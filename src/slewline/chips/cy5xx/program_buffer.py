@@ -71,7 +71,7 @@ class Program:
         self.rest()
 
     def rest(self) -> None:
-        """Set PROG/LIVE to its level outside program entry."""
+        """Set PROG/LIVE to the level that it has outside program entry."""
         self.prog.drive(self.prog_rest)
 
     def store(self, command: Command) -> None:

@@ -1,4 +1,4 @@
-"""Ramp calculation for parts with slopes (slope.py), and for ramps that grow with time (unit_ramps.py)."""
+"""Ramp calculation for parts with slopes (slope.py), and for rates that grow with time (unit_ramps.py)."""
 
 from __future__ import annotations
 

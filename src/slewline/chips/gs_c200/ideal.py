@@ -2,8 +2,8 @@
 
 steps/s                                  the rate at each whole step of a ramp follows the ramp law;
   T ..............._______________       between two steps, the square of the rate changes linearly
-                 .'               '.     (constant acceleration).  Law `constant acceleration` makes
-               .'                   '.   position over time a parabola, from S to T in R steps
+                 .'               '.     (constant acceleration).  With the law `constant acceleration`,
+               .'                   '.   position over time is a parabola, from S to T in R steps
   S ........ .'                       '.__
              |<-R->|             |<-R->|1|      the last step, the start-stop interval, is made at S
 """

@@ -2,7 +2,7 @@ r"""The law of motion of the GS-C modules: parameters in, a plan out.  Pure func
 
     steps/s
       T ..............._______________
-                     /|               |\            the interval from step i (from 0) of n to the next is 1/rate(k),
+                     /|               |\            the interval after step i of n (i from 0) is 1/rate(k),
                    _/ |               | \_          k = min(i, n-2-i, R); these intervals are symmetric
                  _/   |               |   \_
       S ........|     |               |     |       rest: the start-stop interval after the last step

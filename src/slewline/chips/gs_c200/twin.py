@@ -11,8 +11,8 @@ samples the pins just before each step, and drives every edge when it is due; it
                   sample         sample      sample: Z, input, ENABLE (when homing: EOT or HOME, ENABLE)
 
 In a move of n steps, step i is followed by the period of the rate at ramp index min(i, n-2-i, R), and the
-last step by a start-stop period.  A request to stop after i steps reduces n so that min(i, R+1) more
-steps follow, as many as the acceleration took.
+last step by a start-stop period.  If a stop is requested when i steps have been made, n is reduced so
+that min(i, R+1) more steps follow, as many as the acceleration took.
 """
 
 from __future__ import annotations

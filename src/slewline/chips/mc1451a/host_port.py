@@ -85,7 +85,7 @@ class Port:
         return self.supply.powered and self.slct.is_active
 
     def _strobe(self, name: str, other: str, net: Net) -> bool:
-        """Return whether the strobe `name`, which begins now, is valid; the other strobe is `other`, on `net`."""
+        """Return whether the strobe `name`, which begins now, is valid; `net` carries the other strobe, `other`."""
         now = self.kernel.now
         if net.is_active:
             self.chip.finding("strobes", f"{name} and {other} are low together: no transfer")

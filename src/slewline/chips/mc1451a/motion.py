@@ -97,8 +97,8 @@ class Motion:
     def _schedule(self) -> None:
         """Ensure that the kernel calls this object in the next due cycle; an earlier call may come first.
 
-        A call that is no longer needed is cheap.  If such calls were cancelled, an entry would remain in the
-        kernel for each host write during a motion, and a motion may last for hours.
+        A call that is no longer needed is cheap.  Cancelling such calls would be worse: each host write during
+        a motion would leave an entry in the kernel, and a motion may last for hours.
         """
         due = min(trajectory.due for trajectory in self.trajectories)
         tick = self.cycle_clock.tick(due)

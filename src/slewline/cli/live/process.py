@@ -32,7 +32,7 @@ class PanelProcess(Closing):
     Args:
         listen: the address of the page, HOST:PORT.
         token: the token of the control port.
-        read_only: the page may view, but not operate.
+        read_only: the page shows the chips, but cannot operate them.
         allow_remote: browsers on other machines may connect.
 
     Raises:

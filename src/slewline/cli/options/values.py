@@ -60,7 +60,7 @@ class TimeWithUnit(click.ParamType[int]):
 
 
 class UnitsPerStep(click.ParamType[float]):
-    """A number of units per step, written without the unit, which the option --units sets."""
+    """A number of units per step, written without the unit; the option --units sets the unit."""
 
     name = "number"
 
@@ -84,8 +84,8 @@ class WholeNumber(click.ParamType[int]):
         example: an example, for messages.
         noun: the things counted, such as "steps"; the word may follow the number.
         also: text added to the message about a wrong value.
-        least, most: the allowed range; if `most` is None, there is no upper limit; if `least` is None, only
-            the command checks the range.
+        least, most: the allowed range; if `most` is None, there is no upper limit; if `least` is None, the
+            range is not checked here, but later by the command.
     """
 
     name = "number"

@@ -83,7 +83,7 @@ def check_free(kind: Kind, name: str) -> None:
     """Check that a name is neither in use nor reserved.
 
     Raises:
-        UsageError: the name is in use or reserved; the message states where.
+        UsageError: the name is in use or reserved; the message states the reason.
     """
     module, cls = (words(kind, name)[word] for word in ("new_name", "NewName"))
     if {name, module} & {*(CHIPS if kind == "chip" else PARTS).names()}:

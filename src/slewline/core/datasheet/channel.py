@@ -23,8 +23,8 @@ class Channel:
     `name` selects the channel in `bench.host(x, over=name)`; `description` names it in messages.
 
     A pin that all parts with this class of channel have is found by its role; a pin that only some of them
-    have is named by an attribute of the channel.  A script directive for another kind of channel is refused
-    with a message in which `instead` follows the name of the part.
+    have is named by an attribute of the channel.  A script directive for another kind of channel is refused;
+    in the message, the text `instead`, such as "has a bus", follows the name of the part.
     """
 
     name: ClassVar[str]

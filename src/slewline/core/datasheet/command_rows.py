@@ -32,7 +32,8 @@ class LineRow(Row):
 
     Attributes:
         head: the text that a host sends first, if different from `form`.
-        room: the number of bytes in the program memory, if more than opcode and arguments need; else 0.
+        room: the number of bytes that the instruction occupies in the program memory, if that is more than
+            its opcode and arguments need; else 0.
         tail: fixed text after the arguments, in each spelling that a host may use, the official one first.
     """
 

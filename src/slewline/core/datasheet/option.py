@@ -347,7 +347,7 @@ def read(rows: Iterable[Option], pairs: Iterable[tuple[str, str]]) -> dict[str, 
 
 
 def defaulted(rows: Iterable[Option], given: Mapping[str, Any]) -> tuple[Option, ...]:
-    """Return the rows with the given values, unchecked, as defaults; a table's values go to its rows."""
+    """Return the rows with the given values, unchecked, as defaults; those of a table go to the rows in it."""
     found = []
     for row in rows:
         if row.name in given and row.table:

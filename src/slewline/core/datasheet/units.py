@@ -69,7 +69,7 @@ SPELLED = str.maketrans(
 
 
 def measured(value: object, unit: str, per_turn: int | None = None) -> float:
-    """Return a quantity as a number in `unit`, a key of UNITS; a value without a unit is taken to be in it.
+    """Return a quantity as a number in `unit`, a key of UNITS; a value without a unit is taken to be in `unit`.
 
     Args:
         per_turn: the motor's steps per revolution, if a rate may be in turns; None if it may not.

@@ -94,7 +94,7 @@ def missing(cls: type, to_set: str | None = None, /, **instead: str) -> None:
 
 
 def _names_there_are(one: object) -> list[str]:
-    """Return the names that `dir` lists for an object, without the missing names, which have only a remedy."""
+    """Return the names that `dir` lists for an object, without those for which the class has only a remedy."""
     return [name for name in object.__dir__(one) if not isinstance(getattr_static(one, name, None), Instead)]
 
 

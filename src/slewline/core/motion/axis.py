@@ -554,7 +554,7 @@ def staircase(times: NDArray[np.int64], values: NDArray[np.float64]) -> tuple[ND
 
 
 def _groups(instants: NDArray[np.int64], starts: list[int]) -> Iterator[tuple[int, slice]]:
-    """Group ascending instants by start: each belongs to the last of the ascending `starts` at or before it.
+    """Group ascending instants by the ascending `starts`: each belongs to the last start at or before it.
 
     Instants before the first start belong to the first one.  For each group, yield the index of its start,
     and the slice of `instants` that it covers.

@@ -149,7 +149,7 @@ class OneAxis:
     def motions(self, start: Time | None = None, stop: Time | None = None) -> list[MotionStart]:
         """Return the motions that begin in start <= t <= stop; by default, all motions that are kept.
 
-        Each motion has the command that began it, the rates in force in steps/s, its end, and its ideal if the
+        Each motion has the command that began it, the rates in force (steps/s), its end, and its ideal if the
         part defines one.
 
         Raises:

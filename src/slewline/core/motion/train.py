@@ -6,7 +6,7 @@ bisection and a division; arrays are made only for the window requested.
     end k-1                  end k
       |<----- interval ------>|
       |______________      ___|______
-    __|              |____|          PULSE is low from the start of a step to `high` before its end
+    __|              |____|          PULSE is low from the start of a step to `high` ticks before its end
                      |<-->| high
 
 The motor outputs that show a train are in step_views.py.

@@ -166,7 +166,7 @@ class Kernel:
         return heap[0][0] if heap else None
 
     def pass_to(self, ps: int) -> bool:
-        """Advance to a later instant (ps) like a wait, and return True; if other work is due by then, return False."""
+        """Advance to a later instant (ps), as a wait would; return True, or False if other work is due by then."""
         heap = self.heap
         if not self.sole or self.pending or self.woken or ps > self.horizon or (heap and heap[0][0] <= ps):
             return False

@@ -87,7 +87,7 @@ class Outside:
             self._queueing -= 1
 
     def later(self, function: Callable[[], object]) -> Callable[[], object]:
-        """Return a function that calls `function`, to be used at a later instant, such as the end of a pulse.
+        """Return a function that calls `function`, for use at a later instant, such as the end of a pulse.
 
         If `later` is called inside `nested`, `function` is also called inside `nested`.
         """

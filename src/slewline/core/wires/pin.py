@@ -48,7 +48,7 @@ class Condition:
 
     @property
     def foreseen(self) -> Callable[[], int | None] | None:
-        """The method `when` if promises can foresee the condition; None if it must be checked after every instant."""
+        """The method `when` if promises determine it; None if the condition must be checked after every instant."""
         return self.when if type(self).when is not Condition.when else None
 
     def belongs(self, kernel: Kernel) -> bool:
@@ -217,7 +217,7 @@ class Terminal:
 
     @answering("pulse()", '; such as pin.pulse(0, "10 us")')
     def pulse(self, level: int, width: Time, at: Time | None = None) -> None:
-        """Drive the pin to a level for a time; then return to the previous external level, or release it if none.
+        """Drive the pin to a level for a time; then restore its previous external level, or release it if none.
 
         If pulses overlap, the pulse that began last determines the level; after the last pulse ends, the pin is driven
         as before the first pulse.

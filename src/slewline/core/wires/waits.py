@@ -68,10 +68,10 @@ def first_of(kernel: Kernel, ps: int | None, *wanted: tuple[Net, int | None]) ->
 
 
 async def polled(kernel: Kernel, net: Net, wanted: int, every: int) -> None:
-    """Sample a net every `every` picoseconds, starting now, until it has the wanted level.
+    """Sample a net periodically, starting now, until it has the wanted level.
 
-    The sampling instants are computed, not stepped through; a level that ends before the next sampling
-    instant is missed.
+    The period is `every` picoseconds.  The sampling instants are computed, not stepped through; a level that
+    does not last until the next sampling instant is missed.
     """
     origin = kernel.now
     while net.level != wanted:

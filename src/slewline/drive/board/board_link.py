@@ -197,7 +197,7 @@ class Link(Outbox):
         return bytes(out)
 
     def _missing(self) -> list[tuple[int, int]]:
-        """Return (number, time to request it in ns) for each missing event without a pending repeat request."""
+        """Return (number, time to request it in ns) for each missing event, unless a request for it is pending."""
         return self._events.missing({each.event for each in self._flight})
 
     def _wants_ask(self) -> bool:

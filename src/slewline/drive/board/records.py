@@ -219,7 +219,7 @@ def _longest(offsets: NDArray[np.int64], tolerance: int, shortest: int, steepest
 def _through(
     low: NDArray[np.int64], high: NDArray[np.int64], shortest: int, bounds: tuple[int, int], add: int
 ) -> tuple[tuple[int, int] | None, tuple[int, int]]:
-    """Return (first interval, `add`) that puts all steps in `low` .. `high`, or None; also bounds of `add`.
+    """Return (first interval, `add`) with all steps in `low` .. `high`, or None; and proved bounds of `add`.
 
     In the plane of `add` and the first interval, each limit is a half-plane.  For a given `add`, the
     possible first intervals lie between two limits; if there are none, these two limits show whether there

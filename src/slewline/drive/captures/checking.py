@@ -87,9 +87,9 @@ def check_capture(
             "falling" or "both".
         forward: the level of DIR at which positions count up, 0 or 1.
         idle: the level assumed for STEP where it floats or is unknown, as for `Waveforms.steps`.
-        glitch: pulses and gaps shorter than this are glitches; by default, half of STEP's median pulse
-            or median gap, whichever is shorter (for glitches of DIR, the whole of this STEP time, not
-            half); with edge "both", where each pulse or gap lasts a whole step, none is a glitch by default.
+        glitch: pulses and gaps shorter than this are glitches; by default, on STEP, half of its median pulse
+            or median gap, whichever is shorter, and on DIR, twice that time; with edge "both", where each
+            pulse or gap lasts a whole step, none is a glitch by default.
         part: the part whose pins were recorded, such as "cy525": the limits of its data sheet are checked,
             too.
         pins: the signals of the recorded pins, keyed by pin name: {"pulse": "D0", "direction": "D1"}.

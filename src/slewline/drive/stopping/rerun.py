@@ -19,7 +19,7 @@ class Cause(NamedTuple):
     lead_ps: int = 0  # time from the first input to the stop of the motor
 
     def at(self, instant: int) -> list[dict[str, Any]]:
-        """Return the inputs, the first shifted to stop the motor at an instant (ps), and none before the first."""
+        """Return the inputs, the first moved so that the motor stops at an instant (ps), no other before it."""
         first = instant - self.lead_ps
         return [
             {**entry, "t": first if number == 0 else max(int(entry["t"]), first)}

@@ -236,7 +236,7 @@ class Rewind:
         return self.stop is None and self.otherwise.settled
 
     def clear(self) -> None:
-        """Release a chip that was stopped without going back; discard input levels: changes may be unreported."""
+        """Release a chip that was stopped without going back; discard input levels, which may be out of date."""
         self.levels.clear()
         self.otherwise.clear()
 
@@ -333,7 +333,7 @@ class Rewind:
         return Rewound(bench, instant, first, missing, rest, is_at_rest)
 
     def _take_at_rest(self, found: Rewound, cause: Cause, now: int, position: int, sign: int) -> str | None:
-        """Take over another run, and return ""; if its chip rests only later, record when, and return None."""
+        """Take over another run, and return ""; if its chip is not at rest by now, record when it is; return None."""
         if found.rest_ps >= now:
             self.not_before = found.rest_ps + SLICE_PS
             return None

@@ -15,7 +15,7 @@ LF = "\n"
 
 
 def alike(sheet: Sheet, text: str) -> list[LineRow]:
-    """Return the commands with a line's first character; if it is + or -, the commands that begin with a sign."""
+    """Return the commands that begin with a line's first character or, if that is + or -, with a sign."""
     letter = SIGN if text[:1] in ("+", "-") else text[:1]
     return [row for row in sheet.rows(LineRow) if row.head[:1] == letter]
 

@@ -121,7 +121,7 @@ def numbers(
 def values(args: Iterable[Arg], found: Sequence[int]) -> tuple[int, ...]:
     """Return the signed numbers contained in words from the chipset.
 
-    `args`, which is the `reads` of a command's row, is the layout of the words.
+    `args` is the layout of the words: the `reads` of a command's row.
     """
     data = b"".join(word.to_bytes(2, "big") for word in found)
     result, at = [], 0

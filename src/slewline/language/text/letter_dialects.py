@@ -77,7 +77,7 @@ class Letters(ReadAlike, TextDialect):
     def typed(self, statement: Statement) -> str:
         """Return a statement as the text that a host sends during program entry, with its labels.
 
-        Its numbers are written with the values that the chip stores.
+        Each number is written as the value that the chip stores.
         """
         shown = spell(statement.row, [operand.label or operand.value for operand in statement.operands])
         return "".join([*map(self.label, statement.labels), shown])

@@ -97,7 +97,7 @@ def misplaced(source: Source) -> None:
 
 
 def entries(source: Source) -> None:
-    """Report programs without a command that ends their entry, and unused labels."""
+    """Report unused labels, and programs without a command that ends their entry."""
     used = {(id(block), target.label) for _, target, block in branches(source)}
     leave, about_labels = listed(source.sheet.leave), source.sheet.sections.get("labels", "")
     for block in source.blocks:

@@ -329,9 +329,9 @@ class ChipsetPort:
 
 
 def framed(kind: int, requests: Iterable[tuple[int, int]]) -> bytes:
-    """Return requests as one message, of the kind SERIES or ON.
+    """Return requests as one message, of the kind `SERIES` or `ON`.
 
-    The server executes ON only if the previous message succeeded.
+    The server executes an `ON` message only if the previous message succeeded.
     """
     data = b"".join(map(bytes, requests))
     return bytes((kind, len(data) // 2)) + data

@@ -263,7 +263,7 @@ class Client:
         return self.seen
 
     def watch(self, every_s: float) -> None:
-        """Start checking for changes every `every_s` seconds, or every 5 ms if that is longer; 0 stops the checks."""
+        """Check for changes every `every_s` seconds from now on, but at most once in 5 ms; 0 stops the checks."""
         self.every_s = every_s and max(every_s, OFTENEST_S)
         self.watching += 1
         if self.every_s:
@@ -272,7 +272,7 @@ class Client:
     def notify(self, watching: int) -> None:
         """Send changes, unless earlier ones are still unread.
 
-        This is repeated while `watching` is the number of the client's current subscription.
+        Each call schedules the next; a call does nothing if `watching` is not the current subscription's number.
         """
         if watching != self.watching or not self.stream.open:
             return

@@ -181,5 +181,5 @@ class Pushing(Condition):
 
     @property
     def foreseen(self) -> Callable[[], int | None] | None:
-        """Method that predicts from promised edges when the condition is met (ps); None if that is impossible."""
+        """Method that predicts, from promised edges, when the condition will be met (ps); None if impossible."""
         return self.condition.foreseen

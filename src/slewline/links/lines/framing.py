@@ -13,7 +13,7 @@ Lines end with CR or LF, answers with CR LF.  Answers come in the order of the q
 with `!` followed by the reason.
 
 A command that is being sent when `!` arrives is not cut in two: the chip receives the rest of it, and
-executes it.  A second `!` cuts it, and releases the bus, for a chip that no longer responds.
+executes it.  A second `!` cuts it, and releases the bus, in case the chip no longer responds.
 
 Up to `BACKLOG` lines may wait.  A line that exceeds this limit is refused, and so are all later lines
 until the waiting ones have been sent or discarded: a motion is made with the parameters sent before it,
@@ -158,7 +158,7 @@ class FramedLine(HostLine):
         return CHUNK  # an excess is refused line by line, so that ? and ! are always read
 
     def sent(self) -> bool:
-        """Return True: another host may begin at any time, for example to discard the pending commands."""
+        """Return True: another host may begin at any time, even with commands pending, for example to discard them."""
         return True  # the next host may want to discard the commands of the last one
 
     def quiet(self) -> bool:

@@ -42,7 +42,8 @@ class Outlet:
     """The delivery of data from modules to a host.
 
     Args:
-        deliver: sends bytes to the host; its second argument is the only host that may get them, or None.
+        deliver: sends bytes to the host; its second argument is the only host that may get them; None:
+            any host may.
     """
 
     def __init__(self, deliver: Callable[[bytes, object], object]) -> None:

@@ -220,7 +220,7 @@ class HostLine:
 
 
 class Act(NamedTuple):
-    """An action `do` of a line on its part; see `Acts.add`.
+    """An action `do` that a line performs on the part at its end; see `Acts.add`.
 
     It is performed at the instant `ps` (in ps), when the part has received `inputs` inputs.
     """
@@ -231,7 +231,7 @@ class Act(NamedTuple):
 
 
 class Acts:
-    """The actions of a line on its part that are not inputs: awaiting and sending answers.
+    """The actions, other than inputs, of a line on the part at its end: awaiting and sending answers.
 
     No journal contains these actions.
 

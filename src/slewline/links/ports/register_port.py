@@ -233,7 +233,7 @@ class RegisterLine(RequestLine):
 
 
 def placed(layout: Layout) -> str:
-    """Return a board's register offsets for the greeting; "" if they are usual, or without a command register."""
+    """Return a board's register offsets for the greeting; "" if usual, or if the board has no command register."""
     if layout.offset(COMMAND) is None or (layout.reads, layout.writes) == (PMD.reads, PMD.writes):
         return ""
     found = {name: offset for each in (layout.reads, layout.writes) for offset, name in each.items()}

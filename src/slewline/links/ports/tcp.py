@@ -11,9 +11,9 @@ another host connects.  A host that disappears (a cable unplugged, a machine swi
 keepalive probes.
 
 The next host does not wait long: of the bytes still to be sent to the chip when it connects, at most
-`REMAINS` are kept, up to the end of a line; the rest is dropped, and reported.  The server cannot
-detect that a host has closed before it has read that host's last byte; so when another host connects,
-the bytes of the first one are read ahead.  If more than `AHEAD` are waiting, the first host is
+`REMAINS` are kept, up to the end of a line; the rest is dropped, and reported.  Until the server
+has read the last byte of a host, it cannot detect that the host has closed; so when another host
+connects, the bytes of the first one are read ahead.  If more than `AHEAD` are waiting, the first host is
 disconnected, whether it has closed or not.
 """
 
@@ -219,7 +219,7 @@ class Session:
         return True
 
     def shorten(self, excess: int) -> int:
-        """Drop the last `excess` waiting characters or more, back to a line end if there is one; return the number."""
+        """Drop at least the last `excess` waiting characters, back to a line end if any; return the number."""
         kept = self.characters[: max(len(self.characters) - excess, 0)]
         end = max(kept.rfind(b"\r"), kept.rfind(b"\n")) + 1
         dropped = len(self.characters) - (end or len(kept))

@@ -24,7 +24,8 @@ KEEP = "1 h"  # history of recorded pins
 class LineTap:
     """A recorder, for one line, of the output of a bench that may replace the served bench.
 
-    Actions of the line on its part on the served bench are repeated on the same part on the other bench.
+    Each action that the line performs on its part of the served bench is repeated on the same part of the
+    other bench.
     """
 
     def __init__(self, line: HostLine, bench: Bench) -> None:

@@ -92,7 +92,7 @@ class Road:
 
 
 def rebuilt(loop: Loop, lines: Sequence[HostLine], branch: Branch, before: Sequence[Road]) -> list[Road]:
-    """Relay hosts' bytes to `branch`, no longer to the former one; return the new relays (first run: none).
+    """Relay hosts' bytes to `branch`, not to the former one; return the new relays (none for the first run).
 
     Raises:
         OSError: the branch cannot be reached; the former relays still work.

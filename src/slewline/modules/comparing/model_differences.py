@@ -298,7 +298,7 @@ class DialogueComparison:
         return exchange.answer in (early, late)
 
     def _since_motion_us(self, exchange: RecordedExchange) -> float:
-        """Return the time (µs) from the last command that may have started motion to an exchange; 0 if none.
+        """Return the time (µs) between the last command that may have started motion and an exchange; 0 if none.
 
         Clock errors accumulate over this time.
         """

@@ -87,7 +87,10 @@ class ModelReplay(ModelLine):
             self.port.write(data)
 
     def _wait(self, exchange: RecordedExchange, answer: ModelAnswer, offset_us: float) -> None:
-        """Run the model, if an answer was recorded, until its answer has as many lines, or is `LATE_US` late."""
+        """Run the model until its answer has as many lines as the recorded answer, or is `LATE_US` late.
+
+        If no answer was recorded, the model is not run.
+        """
         if exchange.last_us is not None:
             limit_us = max(exchange.last_us + offset_us, answer.over_us) + LATE_US
             lines = exchange.answer.count(CR)

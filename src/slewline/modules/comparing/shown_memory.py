@@ -32,7 +32,7 @@ class ShownMemory:
         self.pointer, self.entering, self.line = 0, False, b""
 
     def sent(self, data: bytes) -> int:
-        """Process data sent to the module; return how many memory lines the last line of the data requests."""
+        """Process data sent to the module; return the number of memory lines that its last line requests."""
         asked = 0
         for byte in data:
             if self.entering:

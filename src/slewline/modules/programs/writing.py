@@ -209,7 +209,7 @@ class MemoryWriter:
         return group[0].row.may_step and not self.module.may_move
 
     def check_room(self) -> None:
-        """Check that the queries before the first group, if any, would overwrite only an erased end of the memory.
+        """Check that any queries before the first group would only overwrite erased bytes at the memory's end.
 
         Raises:
             MotionRefused: they would overwrite other data.

@@ -105,7 +105,7 @@ class ChipPane(OfChip):
         return strip(values, width, height or STRIP_ROWS[self.app.has_class("wide")], peak(values))
 
     def work(self, width: int) -> list[Content]:
-        """Return rows with the chip's command, the condition it waits for, and the breakpoints not on instructions."""
+        """Return rows: the chip's command, the condition it waits for, breakpoints that are not on instructions."""
         waiting = self.state.get("waiting") or ""
         current = self.session.row_at(self.chip)
         instruction = "" if current is None else self.session.listings[self.chip][current]["text"]
@@ -209,7 +209,7 @@ def active_style(pin: dict[str, Any], level: int | None) -> str:
 
 
 def shown_value(key: str, value: Any) -> str:
-    """Return one value of a part's state as text: the rows if it is a display text, otherwise name and value."""
+    """Return one value of a part's state as text: the rows of a display text, or else name and value."""
     if key == "text" and isinstance(value, list):
         return "│".join(["", *map(str, value), ""])
     return f"{key} {value:.6g}" if isinstance(value, float) else f"{key} {value}"

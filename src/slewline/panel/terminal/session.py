@@ -297,7 +297,7 @@ class DebugSession:
 
 
 def columns(curve: Data, start: int, stop: int) -> list[float | None]:
-    """Return the curve's value of greatest magnitude in each column of a window; None if it has none there.
+    """Return the curve's value of greatest magnitude in each column of a window; None if it has no value there.
 
     The window is from `start` to `stop` (ps).
     """

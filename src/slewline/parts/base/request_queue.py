@@ -116,7 +116,7 @@ class RequestQueue:
     def result(self, request: Request[T], timeout: Time) -> T:
         """Let virtual time pass until a request is done; return its result, or raise its failure.
 
-        If calls only queue requests (`Outside.queued`, or a part without a bench), return None immediately.
+        In a block of `Outside.queued`, and for a part without a bench, do not wait: return None immediately.
 
         Raises:
             Timeout: the request is not done in time; the last request in the queue is then cancelled.

@@ -191,7 +191,7 @@ class Ppi8255(Part):
 
     @from_outside
     def sendparallel(self, buffer: Data) -> None:
-        """Queue the bytes of `buffer` before the stopper FF; the routine SENDPARALLEL sends them (fig. 11.6)."""
+        """Queue the bytes of `buffer` up to, but excluding, the stopper FF; SENDPARALLEL sends them (fig. 11.6)."""
         data = before_stopper(self.name, buffer)
         self.input("sendparallel", data + bytes([STOPPER]))
         self._queue(data)

@@ -42,7 +42,7 @@ class TwoClocks(Part):
     def objection(self, own: str, row: Pin) -> str:
         """Return the reason why a neighbour's pin (`row`) cannot be wired to this part's pin `own`; "" if it can.
 
-        The pin that drives `clock` must not idle at its active level, which is the level of a step.
+        The pin that drives `clock` must not idle at its active level, because that level causes a step.
         """
         if own == "clock" and row.reset is not None and row.reset == row.active:
             return "rests at the level of a step: with each change of direction the other clock would step"

@@ -65,7 +65,7 @@ class Workpieces(Part):
                 self._next()
 
     def shows(self) -> dict[str, Any]:
-        """Return the numbers of all and of finished workpieces, and of welds still to be made on the present one."""
+        """Return the number of workpieces, how many are finished, and the welds left on the present workpiece."""
         return {"pieces": self.pieces, "finished": self.finished, "left": self.left}
 
     @property

@@ -60,7 +60,7 @@ class MotorLaw:
     Args:
         motor, driver, load: the data of each.
         steps: the step mode: "full" (two phases on), "wave" (one phase on), "half", or "micro 8" (8 per full step).
-        step_ps: the grid step, ps; 0: 20 µs, 1 µs for a switching chopper.  The grid restarts at each edge.
+        step_ps: the grid step, ps; 0: 20 µs, or 1 µs for a switching chopper.  The grid restarts at each edge.
         blocked: whether the rotor is blocked.
         phased: whether the inputs are phases, not steps; `steps` is then "half", and the table has a row per
             combination of phases, numbered by a sum: 1 if phase 1 is on, 2 if phase 2 is on, 4 for phase 3 ...

@@ -144,7 +144,7 @@ class ShowsCounts:
 
 
 class Encoder(ShowsCounts, Blockable, Part):
-    """An encoder on a shaft, or on its own motor, stepped by falling edges of PULSE (forward if DIR is high).
+    """An encoder on a shaft, or on its own motor; falling edges of PULSE step this motor (DIR high: forward).
 
     Args:
         on: the shaft that carries the encoder; None: the encoder has its own motor, driven by PULSE and DIR.

@@ -169,7 +169,7 @@ class FollowedSteps(Events):
         return self._made(n)
 
     def time(self, k: int) -> When:
-        """Return the instant of step k (ps), NotYet if not found yet, or None if the step is not foreseen."""
+        """Return the instant (ps) of step k; NotYet if it is not found yet; None if no such step is foreseen."""
         following: When = None
         for _ in range(LOOKS):
             if k <= self._made(self._known):

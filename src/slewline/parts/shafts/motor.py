@@ -161,7 +161,7 @@ class Motor(Part):
         pull_in: maximum rate from rest, steps/s; 0: any rate at any time.
         acceleration: the acceleration, steps/s^2, at most pull_in^2 / 2, so that the first step from rest does not
             exceed pull_in either.
-        loses: the numbers of further pulses that the motor misses; the first pulse is number 1.
+        loses: the numbers of the pulses that the motor misses in any case; the first pulse is number 1.
     """
 
     _for_users = ("position", "lost", "pulses")

@@ -260,7 +260,7 @@ class Shaft:
 
 
 class HasShaft(Protocol):
-    """A part with a shaft, which either drives the part or is driven by it."""
+    """A part with a shaft: either the part drives the shaft, or the shaft drives the part."""
 
     shaft: Shaft
 
@@ -368,8 +368,8 @@ class GearedShaft(DrivenShaft):
 class BacklashShaft(DrivenShaft):
     """A shaft driven by another with backlash: after a reversal it stops until the backlash is taken up.
 
-    At first, at `start`, the backlash is taken up in the forward direction.  After a forward move, the shaft has
-    the same offset from the driving shaft as at first; after a backward move, the offset is up to `play` larger.
+    Initially, at `start`, the backlash is taken up in the forward direction.  After a forward move, the shaft has
+    the same offset from the driving shaft as initially; after a backward move, the offset is up to `play` larger.
     """
 
     def __init__(self, under: Shaft, play: Fraction, start: Fraction) -> None:

@@ -39,7 +39,7 @@ class CountScale:
 
 @dataclass(frozen=True)
 class Marks:
-    """A scale for positions in parts (`unit` per step): numerator / denominator counts per part, or bounds."""
+    """A scale for positions in parts of 1/`unit` step: `numerator / denominator` counts per part, or `bounds`."""
 
     unit: int
     numerator: int

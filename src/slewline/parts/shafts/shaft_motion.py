@@ -160,8 +160,8 @@ class ShaftMotion:
     def played(self, here: ShaftMotion, play: Fraction, offset: Fraction) -> ShaftMotion:
         """Return the motion of a load that this motion drives with backlash, which must be taken up first.
 
-        `here` is the load's motion so far; after forward moves the load is `offset` steps above the driving
-        shaft.
+        `here` is the load's motion so far; after forward moves, the position of the load is that of the
+        driving shaft plus `offset` steps.
         """
         unit = lcm(self.unit, here.unit, play.denominator, offset.denominator)
         motion, place = common(self, unit), common(here, unit).place
@@ -172,5 +172,5 @@ class ShaftMotion:
 
 
 def common(one: ShaftMotion, unit: int) -> ShaftMotion:
-    """Return the motion in parts so small that a present part and 1/`unit` step are whole numbers of them."""
+    """Return the motion with its parts subdivided, if needed, so that 1/`unit` step is a whole number of parts."""
     return one if one.unit % unit == 0 else one.refined(lcm(one.unit, unit) // one.unit)

@@ -14,7 +14,7 @@ LOOKS = 4  # changes that a channel checks before it returns NotYet
 
 
 class LevelPattern:
-    """The levels of an output for consecutive counts, repeated."""
+    """A repeating pattern of output levels, one level per count."""
 
     def __init__(self, *levels: int) -> None:
         self.levels = levels

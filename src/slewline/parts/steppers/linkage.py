@@ -12,8 +12,8 @@ from typing import Any
 class Linkage:
     """Mechanical connection of a load to a rotor or to another linkage, `under`; positions are in load steps.
 
-    `factor` steps of the load correspond to one full step of the motor (or one step of `under`), and the
-    load is `offset` steps above the position so calculated.  With `play` (backlash) the load stops when the
+    `factor` steps of the load correspond to one full step of the motor (or one step of `under`), and
+    `offset` steps are added to the position so calculated.  With `play` (backlash) the load stops when the
     rotor reverses, until `play` steps are taken up.  With `is_lagging`, the position is relative to the
     command.
     """

@@ -156,7 +156,7 @@ class Run:
             self._go_on(min(ps, self._stays() if self._rests else self.reached + STRETCH * self.law.step_ps))
 
     def _stays(self) -> int:
-        """Return the next instant (ps) to integrate to while the rotor rests; few input edges occur before it."""
+        """Return how far (ps) to integrate next while the rotor rests: an instant before which few edges occur."""
         now = self.feed.now
         if self.reached < now.since:
             return self.reached + AT_ONCE_PS
@@ -184,7 +184,7 @@ class Run:
             self.stretches[-1 - WHOLE].drop()
 
     def follow(self, seen: int) -> None:
-        """Use the present inputs; if they change edges after `seen` (ps), drop the future from the first such edge."""
+        """Use the present inputs; drop the future from the first edge after `seen` (ps) that is not as foreseen."""
         if self.reached <= seen:
             return
         n = len(self.stretches) - 1
@@ -271,7 +271,7 @@ class Run:
 
     @property
     def known_to_rest(self) -> int:
-        """The first instant (ps) more than a grid step after the last point; until then, losses are not counted."""
+        """The first instant (ps) that is over a grid step later than the last point; losses are counted from then."""
         return self.stretches[-1].last.t + self.law.step_ps + 1
 
     def forget(self, before: int) -> None:

@@ -37,8 +37,8 @@ AHEAD_PS = 400_000_000_000  # how far a single query looks ahead at most
 class Milestone:
     """The known state of a count at an instant (ps): the count, and the number of its changes so far.
 
-    `places` holds the positions of the linkages at the last grid point; the motion since then does not
-    affect them.
+    `places` holds the positions of the linkages at the last grid point; they do not
+    include the motion since that point.
     """
 
     ps: int
@@ -292,7 +292,7 @@ class Passings:
         return self.linkage.follow(places, rotor, before.command / law.micro)
 
     def _within(self, going: Going, ps: int) -> None:
-        """Show the changes up to an instant (ps) within the grid step that is being processed."""
+        """Record the changes up to an instant (ps) within the grid step that is being processed."""
         law, before = going.law, going.before
         step = law.step_ps
         if ps - before.t > step or before.t + step <= going.done:  # the rotor rests

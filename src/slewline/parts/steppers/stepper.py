@@ -187,7 +187,7 @@ class Stepper(Blockable, Part):
         self.add_pin("stall", "out", "high: two steps or more from its command", initial=0)
 
     def attached(self, own: str, row: Pin) -> None:
-        """Take DIRECTION's polarity from the neighbour's pin, and its step edge or active level if none was set."""
+        """Take DIRECTION's polarity from the neighbour's pin; also step edge or active level, unless a user set it."""
         if own == "pulse" and row.sense is not None and self._edge is None:
             self._edge = {0: "fall", 1: "rise"}[row.sense]
         if own == "direction" and row.sense is not None:

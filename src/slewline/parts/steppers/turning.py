@@ -103,7 +103,7 @@ class LinkageMotion:
     def played(self, here: LinkageMotion, play: Fraction, offset: Fraction) -> LinkageMotion:
         """Return the motion of a load that this motion drives with backlash.
 
-        The load begins `offset` steps above the driving shaft.
+        The initial position of the load is that of the driving shaft plus `offset` steps.
         """
         return replace(self, linkage=Linkage(play=float(play), offset=float(offset), under=self.linkage))
 

@@ -5,8 +5,8 @@
     edge          0     1     2      3     4     5     6        2 is late, 4 and 5 are missing
 
 Pairs are formed in order.  Two edges to the same level are a pair, unless one of them fits better with a
-later edge of the other signal, two places further on, that is, if the delay would then be closer to
-that of the previous pair.  So a clock that is slightly fast or slow, as every real clock is, does not
+later edge of the other signal, two places further on.  It fits better if the delay would then be closer
+to that of the previous pair.  So a clock that is slightly fast or slow, as every real clock is, does not
 cause wrong pairs.
 """
 
@@ -329,7 +329,7 @@ def _pairs(model: Edges, measured: Edges) -> NDArray[np.int64]:
 
 
 def _drift_alone(model: NDArray[np.int64], measured: NDArray[np.int64]) -> bool:
-    """Return whether two edge sequences of equal length differ only by clock drift (large after a long pause)."""
+    """Return whether two equally long edge sequences differ only by clock drift, which long pauses make large."""
     import numpy as np
 
     if len(model) < 3:

@@ -34,7 +34,7 @@ class SignalPair(NamedTuple):
 
 
 class Terms(NamedTuple):
-    """The terms of a comparison: shift, tolerance (ps), text on its origin (`within`), and signals to invert."""
+    """The terms of a comparison: shift, tolerance (ps) and its origin as text (`within`), signals to invert."""
 
     shift: Time = "first"
     tolerance: int = 0

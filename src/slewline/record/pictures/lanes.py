@@ -132,7 +132,7 @@ def _draw_differing(
 
 
 def boxes(ends: Any, base: float, high: float) -> list[list[tuple[float, float]]]:
-    """Return the corners of boxes, one for each start and end in `ends`, (n, 2), of height `high` above `base`."""
+    """Return the corners of a box for each row (start, end) of `ends`, (n, 2), from `base` to `base + high`."""
     return [[(a, base), (b, base), (b, base + high), (a, base + high)] for a, b in ends]
 
 

@@ -26,7 +26,7 @@ class Track:
         zero: the instant of the run that is 0 in the picture, ps.
         since, until: the first and the last known instant of the run, ps.
         over: True if the track was measured, and is drawn over the other tracks.
-        words: the meanings of parameters, keyed by parameter name, without any that the name already states.
+        words: the meanings of parameters, keyed by parameter name, except meanings that the name states.
         part: True if the track belongs to a part rather than an axis; the heading of its panel then names
             the part, unless the panel is shared.
     """

@@ -43,7 +43,7 @@ def step_columns(steps: Iterable[tuple[str, int, Steps]]) -> dict[str, NDArray[A
 
 
 def save_npz(path: str | Path, columns: Mapping[str, NDArray[Any]]) -> None:
-    """Write arrays under their names, uncompressed, as compression costs ten times more than it is worth.
+    """Write arrays under their names, uncompressed, because compression would cost ten times its benefit.
 
     Raises:
         UsageError: the path cannot be written.

@@ -218,7 +218,7 @@ class Recorder:
 
 
 def chunks(expand: Sequence[Callable[[int, int], Any]], start: int, stop: int, unit: int = 1) -> Iterator[list[Any]]:
-    """Yield the changes in start <= t <= stop, window by window, as an array for an hour would be too large.
+    """Yield the changes in start <= t <= stop, window by window: one array for an hour would be too large.
 
     For each window, the list has the result of each function.  The length of a window depends on the density
     of changes in the previous one.  All windows but the last end 1 ps before a multiple of `unit` (ps).
@@ -267,7 +267,7 @@ def _level(what: Any, ps: int) -> Any:
 
 
 def _code(probe: Probe, level: Any) -> int:
-    """Return the number that an array has for a level; None means the net's tie or, without one, its pull."""
+    """Return the number that represents a level in arrays; None is the net's tie or, without one, its pull."""
     net = net_of(probe)
     if level is None:
         level = net.tie if net.tie is not None else net.pull

@@ -26,8 +26,8 @@ class Trace:
 
     Args:
         since, until: the known part, ps; nothing is drawn before or after it.
-        tolerance_ps: for a measured trace: the longest difference from the model's trace, ps, that is not
-            marked.
+        tolerance_ps: the longest time difference, ps, between a measured trace and the model's trace that
+            is not marked.
         over: the measured trace of the same pin: it is drawn over this trace, and differences are marked.
     """
 

@@ -184,7 +184,7 @@ def _numbers(cells: list[str]) -> bool:
 
 
 def _beside(head: CsvHead, lines: list[str], begin: int) -> int:
-    """Return the number of rows that begin with header cells; move the start of the table to the first of them.
+    """Return the number of rows that begin with header cells; the first of them becomes the start of the table.
 
     `begin` is the column at which the numbers begin.
     """

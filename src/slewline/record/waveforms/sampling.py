@@ -42,7 +42,7 @@ class Sampling(NamedTuple):
         period: the time between two samples, ps.
         unit: the unit of the times in the file, to which they are rounded, ps.
         found: the origin of the period: "comment" (stated in the file), "grid" (on which all times lie) or
-            "unit" (that of the times).
+            "unit" (the unit of the times).
     """
 
     period: Fraction

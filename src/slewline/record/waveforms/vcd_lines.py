@@ -19,7 +19,7 @@ BLOCK_ROWS = 1 << 14  # rows that the processor's cache holds
 
 
 class ChangeTexts:
-    """The texts of changes, indexed by code: first those for all chunks, then any for a single chunk."""
+    """The texts of changes, indexed by code: first the texts for all chunks, then those for one chunk, if any."""
 
     def __init__(self, texts: Sequence[str]) -> None:
         import numpy as np

@@ -123,7 +123,7 @@ class ActionWriter:
         return found
 
     def start(self, actions: Sequence[Action]) -> None:
-        """Record the commands for the source's initial state on the target: position 0, direction after a reset."""
+        """Record the commands that give the target the source's initial state: position 0, direction after a reset."""
         relative = placed = False
         skipped = skips(actions)
         for action in actions:
@@ -149,7 +149,7 @@ class ActionWriter:
                     self.known_values["sign"] = action.sign
 
     def in_order(self, action: Action, first: list[ResultPiece], found: list[ResultPiece]) -> list[ResultPiece]:
-        """Return `first` (initial settings) and `found`; `first` is last if it must follow the entry of a program."""
+        """Return the initial settings `first` before `found`, or after it if they must follow a program's entry."""
         if first and isinstance(action, EnterProgram) and first[0].row is not None and "i" not in first[0].row.when:
             for piece in first:
                 piece.block = action.number

@@ -246,7 +246,7 @@ class OwnWriter:
         found.append(piece)
 
     def _made(self, step: StreamStep) -> list[ResultPiece]:
-        """Return the instructions for a step; if it ends program entry, add a missing end of the program before it."""
+        """Return the instructions for a step; before the end of program entry, add the program's end if missing."""
         action = step.action
         if action is None:
             return []

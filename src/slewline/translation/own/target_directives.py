@@ -132,7 +132,7 @@ def at_rest(sheet: Sheet) -> str:
 
 
 def waiting(sheet: Sheet, roles: tuple[str, ...]) -> str:
-    """Return the directive that waits for the first pin found for `roles` or, with a module, until it is ready."""
+    """Return the directive that waits for the first pin found for `roles` or, for a module, until it is ready."""
     if sheet.acting("state"):
         return "@until ready"
     pin = next(pin for role in roles if (pin := sheet.role(role)) is not None)

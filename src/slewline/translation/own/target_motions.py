@@ -35,7 +35,7 @@ class MotionWriter(ActionWriter):
         return [ResultPiece(row, (value,)) for row, value in commands]
 
     def on_setdistance(self, action: SetDistance) -> list[ResultPiece]:
-        """Return the instructions that set the steps of relative moves; none if each target move contains them."""
+        """Return the instructions that set the steps of relative moves; none if the target's moves contain them."""
         row = self.rows.get("distance")
         if row is None:
             return []
@@ -44,7 +44,7 @@ class MotionWriter(ActionWriter):
         return [ResultPiece(row, (action.steps,))]
 
     def on_setdirection(self, action: SetDirection) -> list[ResultPiece]:
-        """Return the instructions that set the direction of relative moves; none if each target move contains it."""
+        """Return the instructions that set the direction of relative moves; none if the target's moves contain it."""
         row = self.rows.get("plus" if action.sign > 0 else "minus")
         if row is None:
             return []
@@ -131,7 +131,7 @@ class MotionWriter(ActionWriter):
         return [ResultPiece(row, (action.position,))]
 
     def targeted(self, action: MoveTo) -> list[ResultPiece]:
-        """Return the instructions for a move to a position by a target that first sets the position, then moves."""
+        """Return the instructions for a move to a position: one command sets the position, then another moves."""
         assert action.position is not None  # noqa: S101
         row, go, found = self.row("target"), self.rows.get("update") or self.row("move"), []
         if action.steps == 0 and go.role == "update":  # a motion that would never be complete

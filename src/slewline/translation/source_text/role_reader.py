@@ -272,7 +272,7 @@ class RoleReader:
             yield Label(name=name, **common)  # type: ignore[arg-type]
 
     def on_branch_low(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
-        """Yield a branch on the level of an input: the input whose number the command has, or else input 2."""
+        """Yield a branch on the level of an input: the input whose number the command states, or else input 2."""
         level = int(statement.row.role == "branch_high")
         number = statement.values[0] if statement.values and statement.target is None else 2
         yield Jump(to=self.goal(statement), inputs=(Input(number, level),), **common)  # type: ignore[arg-type]

@@ -24,7 +24,7 @@ START = ""  # the label at the start of a stored program, used by RunProgram
 
 @dataclass(frozen=True)
 class Repeat:
-    """A loop that runs `body` a given number of times, from source line `head` to source line `line`."""
+    """A loop, from source line `head` to source line `line`, that runs `body` a given number of times."""
 
     passes: int
     body: tuple[Node, ...]

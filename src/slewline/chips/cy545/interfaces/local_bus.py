@@ -95,7 +95,7 @@ class LocalBus:
 
         Args:
             letter: the letter of the command.
-            count: 3, 5 or 8, by the width of the number.
+            count: 3, 5 or 8, depending on the width of the number.
         """
         start = await self._begin()
         self.value.leave()

@@ -45,7 +45,7 @@ class FlowReader(Protocol):
     def kept(self, data: bytes, at: int) -> int:
         """Return the number of bytes of `data`, from index `at` on, that are merely stored as part of a command.
 
-        Return -1 if bytes must not arrive together, as one value (handshake.py).
+        Return -1 if the bytes must arrive singly, not combined into one value (handshake.py).
         """
 
 
@@ -244,7 +244,7 @@ class ParallelPort:
         return byte
 
     def kept(self) -> bytes:
-        """Remove and return the bytes received as one value that are merely stored in a command: all but the last."""
+        """Remove and return all bytes received as one value except the last; they are merely stored in a command."""
         return bytes([self.come.popleft() for _ in range(len(self.come) - 1)])
 
     def catch_up(self) -> str:

@@ -6,9 +6,9 @@ r"""The CY545's motions: ramps, continuous motion, INHIBIT_ABORT and the limits.
                                  20 µs PULSE                  limit, INHIBIT_ABORT    after the last: 5 ms to STOPPED
                                  STOPPED low
 
-INHIBIT_ABORT low at the end of a step made at the first rate ends the motion.  INHIBIT_ABORT low at the
-end of a faster step makes the motion decelerate to the first rate; there, INHIBIT_ABORT is sampled again
-after every step.  If a level
+If INHIBIT_ABORT is low at the end of a step made at the first rate, the motion ends.  If INHIBIT_ABORT
+is low at the end of a faster step, the motion decelerates to the first rate; there, INHIBIT_ABORT is
+sampled again after every step.  If a level
 changes at the instant of a sample, the sample reads the old level.
 """
 

@@ -37,7 +37,7 @@ class BusReader(Protocol):
         """Count the bytes of `data`, from index `at` on, that will merely be stored as part of a command."""
 
     def keep(self, data: bytes) -> None:
-        """Add `data`, which are bytes that `kept` has counted, to the command."""
+        """Add the bytes of `data`, as counted by `kept`, to the command."""
 
 
 class BusPort:

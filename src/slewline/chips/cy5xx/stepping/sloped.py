@@ -49,7 +49,7 @@ class Registers(registers.Registers):
 
     @property
     def factor(self) -> int:
-        """The factor in effect, by which F divides the rate; 0 counts as 256."""
+        """The factor in effect (command F), by which the rate is divided; 0 counts as 256."""
         return self.values["factor"] or 256
 
     def at_start(self, crystal_hz: int, number: int, law: Law) -> RegistersAtStart:

@@ -17,7 +17,7 @@ from .program_memory import Program
 class Moves(Protocol):
     """The object that moves the motor: `Motion` in motion.py, or its slow twin in twin.py.
 
-    A motion uses the parameters that the position counter recorded just before the motion.  `sign` is 1 for
+    A motion uses the parameters that `PositionCounter` recorded just before the motion.  `sign` is 1 for
     clockwise, -1 for counter-clockwise.  `moving` is True while MOV is high; `stopped` is True if the last
     motion was stopped by a command.
     """

@@ -23,7 +23,7 @@ class StepLines:
         self.ramp.deactivate()
 
     async def pulse_reset(self) -> None:
-        """Drive RESET to the driver low for 400 µs, and wait; K may end the waiting program, but not the pulse."""
+        """Pull the driver's RESET line low for 400 µs, and wait; K may end the waiting program, but not the pulse."""
         end = self.kernel.now + self.reset_ps
         self.reset.strobe(self.kernel.now, end)
         await until(self.kernel, end)

@@ -81,7 +81,7 @@ class Horizon:
         return NEVER
 
     def error_due(self, n: int) -> int:
-        """Return the first cycle after `n` in which the position error may exceed its limit, or return within it.
+        """Return the first cycle after `n` in which the position error may begin or cease to exceed its limit.
 
         The result is NEVER if no such cycle is foreseen.
         """

@@ -78,7 +78,7 @@ class Pulses:
         self.playing: Playing | None = None
 
     def move(self, n: int) -> bool:
-        """Set the target at the start of cycle `n`, and that cycle's speed; after a run, keep its last speed.
+        """Set the target at the start of cycle `n`, and that cycle's speed: after a run, the run's last speed.
 
         Return whether the target has passed an end of its range.
         """

@@ -236,7 +236,7 @@ class CycleTrain(Train):
         return min(max(self.clock.ticks_from(until - 1) - self.origin, 0), self.length)
 
     def _cycle(self, distance: int) -> int:
-        """Return the first cycle by whose end at least a given distance (above 0) has been covered."""
+        """Return the first cycle at whose end the distance covered is at least `distance`, which is above 0."""
         law = self.law
         if law.steady:
             return (distance - 1) // law.steady

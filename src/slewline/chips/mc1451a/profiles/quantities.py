@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 class JerkSegment(NamedTuple):
-    """A time span of constant jerk: its start, the acceleration then (steps/s^2), the jerk, the phase (or 0)."""
+    """A time span of constant jerk: its start, its first acceleration (steps/s^2), the jerk, the phase (or 0)."""
 
     begin_ps: int
     acceleration: float

@@ -39,7 +39,7 @@ def braking(speed: int, acceleration: int, start: int, room: int) -> bool:
 
 
 def braked(speed: int, acceleration: int, start: int) -> int:
-    """Return the speed of the cycle that follows one at `speed` while decelerating; 0 if `speed` <= `start`."""
+    """Return the next cycle's speed in a deceleration, after a cycle at `speed`; 0 if `speed` <= `start`."""
     return 0 if speed <= start else max(speed - acceleration, start)
 
 

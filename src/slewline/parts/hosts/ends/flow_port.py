@@ -305,8 +305,8 @@ class FlowSender(Leader[Handshakes]):
     Attributes:
         empty: whether an empty handshake precedes the bytes.
         fed: the number of these bytes that the port has recorded as sent.
-        begins: whether the next byte begins a command, as determined when the exchange changed from one
-            value to single edges; None: it has not changed.
+        begins: whether the next byte begins a command, as determined when the host changed from sending one
+            value to driving single edges; None: the host has not changed.
     """
 
     def __init__(self, port: FlowPort) -> None:
@@ -347,7 +347,7 @@ class FlowSender(Leader[Handshakes]):
         return gone
 
     def made(self, ends: tuple[Any, ...]) -> Handshakes | None:
-        """Return the handshakes with the chip on IO_REQUEST; None unless exactly one chip is there."""
+        """Return the handshakes with the chip on IO_REQUEST; None unless exactly one chip is wired to it."""
         port = self.port
         if len(ends) != 1 or not hasattr(ends[0], "byte_times"):
             return None

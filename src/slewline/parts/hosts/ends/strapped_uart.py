@@ -85,7 +85,10 @@ class StrappedUart(HostUart):
 
     # --------------------------------------------------------------------------------------------- commands and answers
     def write(self, data: str | bytes, fault: str = "") -> None:
-        """Queue characters to be sent at the fixed rate, or else the module's; record the call as a part's input."""
+        """Queue characters to be sent at the fixed rate, or else at the module's rate.
+
+        This call is recorded as an input of the part.
+        """
         self.follow_straps()
         super().write(data, fault)
 
