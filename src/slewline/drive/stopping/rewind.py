@@ -55,7 +55,7 @@ class Rewind:
     Args:
         otherwise: the piece that stops the chip at the present instant if the model cannot be taken back.
         motor: the motor, which can be stopped, moved to another bench, and resumed after a stop.
-        past: the past of the present bench, which this piece keeps up to date.
+        past: the history of the bench; this object keeps it up to date.
 
     Raises:
         UsageError: the bench writes no journal; going back in time needs one.

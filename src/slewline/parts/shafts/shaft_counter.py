@@ -25,7 +25,7 @@ MANY = 64  # counts; for more, arrays are faster
 
 @dataclass(frozen=True)
 class CountScale:
-    """A scale of counts: position times counts per step, rounded down, or the number of bounds at or below it."""
+    """A scale of counts: position times counts per step, rounded down; or the number of bounds up to the position."""
 
     per_step: Fraction = Fraction(0)
     bounds: tuple[Fraction, ...] = ()  # places in steps, ascending

@@ -81,7 +81,7 @@ class LinkageMotion:
         return RunCounter(passings_of(self.run, self.linkage, scale, HALF if scale.per_step else 0.0), scale, lag_ps)
 
     def lost(self, ps: int) -> int:
-        """Return 0, because the motor itself finds the lost steps."""
+        """Return 0, because the motor model itself counts the lost steps."""
         return 0
 
     def moved(self, k: int) -> int:

@@ -253,7 +253,7 @@ class BusPort:
         return self.busy_ps
 
     def counted(self, low: bool) -> None:
-        """Record the number of changes of I/O REQUEST up to the last byte's request.
+        """Record how often I/O REQUEST has changed up to its fall for the last byte.
 
         If `low`, I/O REQUEST is still low from that request.
         """
