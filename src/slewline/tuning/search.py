@@ -95,7 +95,7 @@ class BestFirst:
 
     # ----------------------------------------------------------------------------------------------- order of scenarios
     def _order(self, number: int) -> Sequence[Scenario]:
-        """Return the scenarios for the nth candidate; those that failed most of the first n/2 candidates come first."""
+        """Return the scenarios for the nth candidate, ordered by how many of the first n/2 candidates failed them."""
         while self._counted < number // 2:
             killer = self._killers[self._counted]
             if killer is not None:
