@@ -37,8 +37,8 @@ def made_small(path):
     Image.open(path).convert("RGB").quantize(COLOURS).save(path, optimize=True)
 
 
-def draw_panel(path):
-    """Draw the page."""
+def draw_panel(path, before=1.0):
+    """Draw the page; after `before` (s) the run is not in real time, and the strips have a gap."""
     with server_process([str(MACHINE)]) as (address, token), opened() as browser:
         panel = PanelProcess(address, token=token)
         try:
@@ -49,7 +49,7 @@ def draw_panel(path):
             page.wait_for_timeout(1000)  # the scope records from the first instant on
             page.get_by_role("button", name="Run the program", exact=True).click()
             page.wait_for_function(  # well before the instant, however slow the page is
-                "() => parseFloat(document.querySelector('.clock').innerText.replace(/\\s/g, '')) > 1"
+                f"() => parseFloat(document.querySelector('.clock').innerText.replace(/\\s/g, '')) > {before}"
             )
             page.get_by_label("Target of the run").fill(INSTANT)
             page.get_by_label("Target of the run").press("Enter")
@@ -102,6 +102,6 @@ def draw_notebook(path):
 if __name__ == "__main__":
     if chromium() is None:
         sys.exit("no Chromium is installed")
-    draw_panel(PANEL)
+    draw_panel(PANEL, 3.1)
     draw_debugger(DEBUGGER)
     draw_notebook(NOTEBOOK)
