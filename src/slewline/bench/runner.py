@@ -173,8 +173,7 @@ class Runner:
         for stream in [*self.streams]:
             stream.check_entered()
         self.circuit.finish_wiring()
-        if self.kernel.now >= self._forget_ps:
-            self._forget(self.kernel.now)
+        self._forget_if_due()
 
     def _run_to(self, ps: int) -> None:
         self._begin()
@@ -302,34 +301,29 @@ class Runner:
     def _until(self, condition: Condition, timeout: Time) -> None:
         """Run instant by instant until a condition is met; raise Timeout if it is not met in time."""
         self._start()
-        kernel, met, when = self.kernel, condition.met, condition.foreseen
-        limit = kernel.now + picoseconds(timeout)
-        for net in condition.nets:
-            net.watch(_seen)
+        kernel = self.kernel
+        wait = Wait(condition.met, kernel.now + picoseconds(timeout), when=condition.foreseen, nets=condition.nets)
+        wait.begin()
         try:
-            reached = not self._pass(met, limit) if when is None else self._foreseen(met, limit, when)
+            reached = self._foreseen(wait, wait.when) if wait.when else not self._pass(wait.met, wait.limit_ps)
         finally:
-            for net in condition.nets:
-                net.unwatch(_seen)
+            wait.end()
         if not reached:
             dead = kernel.next_time() is None
-            self._advance(limit)
-            reached = met()
+            self._advance(wait.limit_ps)
+            reached = wait.met()
         self.outside.record("run", to=kernel.now)
         if not reached:
             raise self._timeout(condition, timeout, dead)
 
-    def _foreseen(self, met: Callable[[], bool], limit: int, when: Callable[[], int | None]) -> bool:
-        """Run until a condition is met; return False if it is not met by `limit` (ps), else True.
-
-        The condition is tested at each event, and at the instant that `when` foresees.
-        """
+    def _foreseen(self, wait: Wait, when: Callable[[], int | None]) -> bool:
+        """Run until a condition is met, at an event or when `when` foresees it; return whether it is met in time."""
         kernel = self.kernel
-        while not met():
+        while not wait.met():
             following, early = kernel.next_time(), when()
-            if early is not None and early <= limit and (following is None or early <= following):
+            if early is not None and early <= wait.limit_ps and (following is None or early <= following):
                 kernel.run(early)
-            elif following is None or following > limit:
+            elif following is None or following > wait.limit_ps:
                 return False
             else:
                 kernel.run(following)

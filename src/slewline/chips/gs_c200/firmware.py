@@ -227,7 +227,7 @@ class GsC(InLines, Chip):
     @property
     def answering(self) -> bool:
         """True while a line is in progress, its answer is being sent, or an EEPROM write delays the answer to M."""
-        return self.line.worker is not None or (self._eeprom.writing and not self.options.early_y)
+        return self.line.answering or (self._eeprom.writing and not self.options.early_y)
 
     def refresh_idle(self) -> None:
         """Record whether the module is idle."""

@@ -105,26 +105,9 @@ class PastExchanges:
         """Return the edges in start < t <= stop: a list of instants (ps) and a list of levels."""
         times: list[int] = []
         levels: list[Level] = []
-        if len(self.shown) > 1:
-            for its_times, its_levels in self._edges(start, stop):
-                times += its_times
-                levels += its_levels
-            return times, levels
-        starts, shown = self.starts, self.shown[0]  # usual case: one driver, whose waves follow one another
-        for number in range(max(bisect_right(starts, start) - 1, 0), bisect_right(starts, stop)):
-            wave, here = shown(self.states[number]), starts[number]
-            end = min(starts[number + 1] - 1, stop) if number + 1 < len(starts) else stop
-            if here > start and wave.times[:1] != (here,):
-                times.append(here)
-                levels.append(wave.level(here))
-            since = max(start, here - 1)
-            if wave.whole(since, end + 1):
-                times += wave.times
-                levels += wave.levels
-            else:
-                its_times, its_levels = wave.edges(since, end)
-                times += its_times
-                levels += its_levels
+        for its_times, its_levels in self._edges(start, stop):
+            times += its_times
+            levels += its_levels
         return times, levels
 
     def _together(self, waves: list[Wave], ps: int) -> Level:
