@@ -135,11 +135,9 @@ class HandshakenBytes:
 
     def ready(self) -> Wave:
         """Return the waveform of READY."""
-        falls = self._instants(self.times.busy)
-        falls[-1] = self.last
-        rises = [*self._requests[1:], self.last if self.opened is None else self.opened]
-        edges = 2 * len(falls) - (self.opened is None)  # it has not risen after the last byte
-        return Wave(1, alternating(falls, rises)[:edges], ((0, 1) * len(self.data))[:edges])
+        between = alternating(self._instants(self.times.busy)[:-1], self._requests[1:])
+        times = (*between, self.last) if self.opened is None else (*between, self.last, self.opened)
+        return Wave(1, times, ((0, 1) * len(self.data))[: len(times)])
 
 
 class SendingEnd(Protocol):
