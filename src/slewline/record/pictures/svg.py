@@ -15,7 +15,8 @@ WHERE = re.compile(rb' ([xy])="(-?[0-9.]+)"')
 def compact(svg: bytes) -> bytes:
     """Return the same drawing with shorter paths: rounded to hundredths, each line relative to its start.
 
-    Equal dots share one style; all text shares one font definition if it is in a single font.
+    Dots of one style state it once, and dots in one place are drawn once; all text shares one font
+    definition if it is in a single font.
     """
     svg = UPRIGHT.sub(b"", PATH.sub(lambda found: b' d="%s"' % _shorter(found[1].decode()).encode(), svg))
     fonts = set(FONT.findall(svg))
@@ -25,11 +26,12 @@ def compact(svg: bytes) -> bytes:
 
 
 def _once(found: re.Match[bytes]) -> bytes:
-    """Return a group of dots, with their common style stated only once."""
+    """Return a group of dots, with their common style and each place stated only once."""
     group, space, first, style, others, end = found.groups()
     dots = first + b"/>" + others.replace(b' style="%b"' % style, b"")
     dots = WHERE.sub(lambda at: b' %b="%b"' % (at[1], _number(_hundredths(at[2].decode())).encode()), dots)
-    return b'<g%b style="%b">%b%b%b</g>' % (group, style, space, dots, end)
+    once = space.join(dict.fromkeys(re.findall(rb"<[^>]*>", dots)))
+    return b'<g%b style="%b">%b%b%b</g>' % (group, style, space, once, end)
 
 
 def _shorter(path: str) -> str:
