@@ -58,7 +58,8 @@ def dot(x, y, style="fill: #123"):
 
 
 def test_many_dots_have_their_style_and_each_place_once():
-    drawn = f'<g clip-path="url(#p)">\n {dot("1.004", "200.126")}\n {dot("2.5", "3")}\n {dot("2.499", "3")}\n {dot("0.25", "-4.000001")}\n</g>'
+    dots = dot("1.004", "200.126"), dot("2.5", "3"), dot("2.499", "3"), dot("0.25", "-4.000001")
+    drawn = '<g clip-path="url(#p)">\n ' + "\n ".join(dots) + "\n</g>"
     assert compact(drawn.encode()).decode() == (
         '<g clip-path="url(#p)" style="fill: #123">\n <use xlink:href="#m1" x="1" y="200.13"/>\n'
         ' <use xlink:href="#m1" x="2.5" y="3"/>\n <use xlink:href="#m1" x=".25" y="-4"/>\n</g>'
