@@ -92,5 +92,5 @@ def rows() -> list[Row]:
         Row(names[0], None, "x pyvcd", 8, True,
             f"expanding step trains, merging 8 nets into one, NumPy digit tables: {bounds[0]}", trains),
         Row(names[1], None, "x pyvcd", 3, True,
-            f"the bytes of each command, one by one, then the same work as for the 2,000,000 edges: {bounds[1]}", talk),
+            f"the states of the commands, then the same work as for the 2,000,000 edges: {bounds[1]}", talk),
     ]  # fmt: skip

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable
+from dataclasses import replace
+from random import Random
 from types import ModuleType
 
 import pytest
@@ -14,7 +16,7 @@ import pytest
 from tests.ensembles import few
 
 from . import exchange_cy545, exchange_flow, exchange_handshakes, exchange_mc
-from .exchanges import Dialogue, World, differences, played
+from .exchanges import MS, Act, Dialogue, World, differences, played
 
 FAMILIES: dict[str, tuple[ModuleType, type[World]]] = {
     "cy545": (exchange_cy545, exchange_cy545.Remembering),
@@ -61,6 +63,23 @@ def test_dialogues_that_once_parted_from_their_twins_agree(family: str) -> None:
     for seed in TOLD[family]:
         for dialogue in module.dialogues(seed, VARIANTS):
             compare(make, dialogue)
+
+
+@pytest.mark.parametrize("family", BY_VALUE)
+def test_recorded_commands_of_any_instant_have_the_edges_of_the_twin_in_any_window(family: str) -> None:
+    """With pauses between them, begun between two ticks of the chip's clock."""
+    module, make = FAMILIES[family]
+    for seed in range(12):
+        quiet, rnd = module.base(seed), Random(seed)
+        acts = [Act(rnd.randrange(30 * MS), "send", (rnd.choice(("N 5\r", "R 7\rN 8\r")),)) for _ in range(6)]
+        dialogue = replace(quiet, until_ps=40 * MS, acts=sorted(acts))
+        fast, twin = (played(make, dialogue, how, seed) for how in ("kept", "recorded"))
+        assert not differences(fast, twin)
+        for name in fast.wires:
+            for _ in range(5):
+                start, stop = sorted((rnd.randrange(41 * MS), rnd.randrange(41 * MS)))
+                one, two = (world.bench.edges(name, start, stop) for world in (fast, twin))
+                assert [*map(list, one)] == [*map(list, two)]
 
 
 @pytest.mark.long

@@ -7,7 +7,7 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, cast
 
-from ...core.wires.event import Event
+from ...core.wires.waiters import Event
 from ...core.wires.waits import edge
 from ...errors import SlewlineError
 from ...language.assemble import RefusedProgram

@@ -25,7 +25,7 @@ from typing import Any, Generic, Protocol, TypeVar
 
 from ..time.events import When
 from .net import Driver, Net
-from .wave import Level, Wave, floats
+from .wave import Level, Promise, Wave, floats
 
 SEGMENT = 1024  # exchanges in one entry of a log: a recorder drops old entries
 
@@ -195,7 +195,11 @@ class Exchange:
         for net in self.nets:
             if net.log is not None:
                 shown = [line.shown for line in [*self.led, *self.answering] if line.driver.net is net.root]
-                net.log_from(now, PastExchanges(net, shown, self.starts, self.states))
+                net.log_from(now, self.past(net, shown))
+
+    def past(self, net: Net, shown: Sequence[Shown]) -> Promise:
+        """Return the waveform of a net over the exchanges of this entry; its drivers' waves are `shown`."""
+        return PastExchanges(net, shown, self.starts, self.states)
 
     def _enter(self) -> bool:
         """Switch to exchanges by value, and return True; return False if anything else drives or observes a wire."""

@@ -1,4 +1,4 @@
-"""The registration of a task that is about to wait, in the heap and on nets.
+"""The registration of a task that is about to wait, in the heap and on nets; and an event for which tasks wait.
 
 A task is registered under its current token; the first event that wakes it increments the token, which makes the other
 registrations stale.  The waiting task is the running one, so these functions are called from inside it (waits.py).
@@ -9,7 +9,7 @@ from __future__ import annotations
 from heapq import heappush
 
 from ..time.kernel import Kernel
-from .net import Net
+from .net import Driver, Net
 
 
 def wait_until(kernel: Kernel, ps: int) -> bool:
@@ -46,3 +46,20 @@ def wait_for_first(
     for net, value in wanted:
         net.register(task, value)  # type: ignore[arg-type]
     return False, None
+
+
+class Event:
+    """An event that occurs at the end of a round: its own net changes, and tasks that wait for this change continue."""
+
+    def __init__(self, kernel: Kernel, name: str) -> None:
+        self.count, self._driver = 0, Driver(Net(kernel, name), name)
+
+    @property
+    def net(self) -> Net:
+        """The net of the event, which changes every time the event occurs."""
+        return self._driver.net
+
+    def set(self) -> None:
+        """Let the event occur at the end of this round, which wakes the tasks that wait for it."""
+        self.count += 1
+        self._driver.drive(self.count)

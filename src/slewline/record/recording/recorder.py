@@ -295,6 +295,19 @@ def columns(probe: Probe, times: Any, levels: Any) -> Edges:
     return np.asarray(times, np.int64), np.asarray(levels, dtype)
 
 
+def _codes(probe: Probe, levels: Any) -> Any:
+    """Return the levels of a promise as the numbers that represent them; an array of a bus has 256 * mask + value."""
+    import numpy as np
+
+    if isinstance(levels, list) or not isinstance(net_of(probe), Bus):
+        return levels
+    if isinstance(probe, Terminal) and probe.bit is not None:
+        driven = np.where(levels >> 8 + probe.bit & 1, levels >> probe.bit & 1, FLOATING)
+    else:
+        driven = levels if isinstance(probe, Wires) else (levels | ~(levels >> 8)) & 0xFF
+    return np.where(levels < 0, _code(probe, None), driven)
+
+
 def _expanded(probe: Probe, entries: Sequence[tuple[int, Any]], start: int, stop: int) -> Edges:
     """Return the edges in start <= t <= stop of some log entries; the first may begin long before `start`."""
     import numpy as np
@@ -323,7 +336,7 @@ def _expanded(probe: Probe, entries: Sequence[tuple[int, Any]], start: int, stop
             times += ahead[0]
             levels += ahead[1]
         elif len(ahead[0]):
-            parts += [columns(probe, times, levels), columns(probe, *ahead)]
+            parts += [columns(probe, times, levels), columns(probe, ahead[0], _codes(probe, ahead[1]))]
             times, levels = [], []
     parts.append(columns(probe, times, levels))
     return np.concatenate([part[0] for part in parts]), np.concatenate([part[1] for part in parts])

@@ -20,7 +20,8 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Protocol
 
 from ....core.datasheet.channel import FlowBus
-from ....core.wires.handshake import ByteTimes, HandshakenBytes, Handshakes, HandshakeStage, suspended
+from ....core.wires.handshake import Handshakes, HandshakeStage, suspended
+from ....core.wires.handshaken_bytes import ByteTimes, HandshakenBytes
 from ....core.wires.waits import first_of, level, next_round, until
 
 if TYPE_CHECKING:

@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING
 from ....core.datasheet.channel import AdaptiveLine
 from ....core.time.timebase import PS_PER_S, Clock
 from ....core.wires.characters import frames_of, transmit
-from ....core.wires.event import Event
 from ....core.wires.receiver import Character, Receiver
 from ....core.wires.serial import OVERSAMPLING, TTL, CharacterFormat, bit_clock
+from ....core.wires.waiters import Event
 from ....core.wires.waits import until
 from ..sheet import BAUD_TOLERANCE
 

@@ -17,7 +17,8 @@ from typing import Protocol
 
 from ....core.context import ChipContext
 from ....core.time.kernel import Task
-from ....core.wires.handshake import ByteTimes, HandshakenBytes, Handshakes, HandshakeStage, suspended
+from ....core.wires.handshake import Handshakes, HandshakeStage, suspended
+from ....core.wires.handshaken_bytes import ByteTimes, HandshakenBytes
 from ....core.wires.net import Net, Wave
 from ....core.wires.waits import first_of, level, until
 from .family_lines import line_in, line_out

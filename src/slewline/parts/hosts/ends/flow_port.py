@@ -21,16 +21,19 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from ....core.datasheet.channel import FlowBus
-from ....core.wires.event import Event
 from ....core.wires.exchange import Leader
-from ....core.wires.handshake import HandshakenBytes, Handshakes, TakingEnd
+from ....core.wires.handshake import Handshakes, TakingEnd
+from ....core.wires.handshaken_bytes import HandshakenBytes
 from ....core.wires.net import Driver, Net
+from ....core.wires.past_handshakes import ManyCommands
+from ....core.wires.waiters import Event
 from ....core.wires.waits import edge, first_of, level, until
-from ....core.wires.wave import Level, Wave
+from ....core.wires.wave import FLOATING, Level, Wave
 from .shadow import FlowControl, Query, Shadow
 
 if TYPE_CHECKING:
     from ....core.time.kernel import Task
+    from ....core.wires.past_handshakes import Edges
     from ...base.part import Part
     from ...base.request_queue import RequestQueue
     from ..connection import Connection
@@ -299,6 +302,18 @@ class OfferedBytes(HandshakenBytes):
         return Wave(None, tuple(times), tuple(levels))
 
 
+class ManyOffers(ManyCommands):
+    """Consecutive `OfferedBytes`, whose edges are computed together."""
+
+    def bus(self) -> Edges:
+        import numpy as np
+
+        times, _ = self.request()
+        levels = np.stack((self.driven, np.full_like(self.driven, FLOATING)), axis=1).ravel()
+        offered = np.repeat(self.driven & 0xFF != EMPTY, 2)
+        return times[offered], levels[offered]
+
+
 class FlowSender(Leader[Handshakes]):
     """The bytes that a host sends to a chip: as one value where possible, else edge by edge.
 
@@ -352,4 +367,4 @@ class FlowSender(Leader[Handshakes]):
         if len(ends) != 1 or not hasattr(ends[0], "byte_times"):
             return None
         chip: TakingEnd = ends[0]
-        return Handshakes(port, chip) if chip.ready.net is port.busy.root else None
+        return Handshakes(port, chip, ManyOffers) if chip.ready.net is port.busy.root else None

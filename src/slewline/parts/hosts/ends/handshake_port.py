@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, Any
 from ....core.datasheet.channel import BusHandshake
 from ....core.datasheet.command_rows import TextRow
 from ....core.wires.exchange import Leader
-from ....core.wires.handshake import HandshakenBytes, Handshakes, TakingEnd
+from ....core.wires.handshake import Handshakes, TakingEnd
+from ....core.wires.handshaken_bytes import HandshakenBytes
 from ....core.wires.net import Driver, Net
 from ....core.wires.waits import first_of, level, next_round, until
 from ....errors import UsageError

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from ....core.datasheet.channel import AdaptiveLine, FlowBus
-from ....core.wires.event import Event
+from ....core.wires.waiters import Event
 from ....errors import UsageError
 from ....language.dialect import spoken_as
 from ....language.text import Entry, Verbatim

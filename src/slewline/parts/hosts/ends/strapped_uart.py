@@ -6,9 +6,9 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
-from ....core.wires.event import Event
 from ....core.wires.receiver import Character
 from ....core.wires.serial import RS232, CharacterFormat, LineSetting, Straps
+from ....core.wires.waiters import Event
 from ....core.wires.waits import first_of
 from ....errors import ChecksumError, UsageError
 from ....language.dialect import spoken_as

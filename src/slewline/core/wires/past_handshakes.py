@@ -1,0 +1,130 @@
+r"""Past handshakes: the edges of all commands in a window are computed together, when they are requested.
+
+    commands    R 5 \r      N 100 \r        G \r         the states of a log
+    requests    | | |  |    | | | | |  |    | |          one array of clock ticks
+    a wire      the same ticks, a few later              one array of instants
+
+A saved dialogue has thousands of commands, and a chip takes the same time for every byte that it only stores; so the
+edges of a wire are a few operations on arrays: the edges that the commands have one by one (handshaken_bytes.py).
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Callable, Sequence
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from .exchange import PastExchanges, Shown
+from .handshaken_bytes import HandshakenBytes
+from .net import Net
+from .wave import FLOATING
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Edges: TypeAlias = tuple[NDArray[np.int64], NDArray[Any]]
+
+Drawn: TypeAlias = Callable[[Sequence[HandshakenBytes]], "ManyCommands"]  # a class that draws many commands
+
+
+class ManyCommands:
+    """The bytes of consecutive commands; each method returns the edges of the waves that each command has.
+
+    Args:
+        commands: the commands, at least one, in their order, all from one host to one chip.
+
+    Attributes:
+        requests: the instants at which I/O REQUEST falls, one for each byte, (n,) int64 ps.
+        ends: for each command, the number of bytes in it and in all commands before it.
+    """
+
+    def __init__(self, commands: Sequence[HandshakenBytes]) -> None:
+        import numpy as np
+
+        self.commands, self.times, self.clock = commands, commands[0].times, commands[0].clock
+        counts = [len(command.data) for command in commands]
+        self.ends = np.cumsum(counts)
+        first = self.ends - counts  # the number of each command's first byte
+        self.origin = commands[0].tick
+        begun = np.array([command.tick - self.origin for command in commands])
+        self.ticks = np.repeat(begun - first * self.times.kept, counts) + np.arange(self.ends[-1]) * self.times.kept
+        self.requests = self._instants(0)
+        self.requests[first] = [command.start for command in commands]
+
+    def _instants(self, clocks: int) -> NDArray[np.int64]:
+        """Return, for each byte, the instant (ps) that is `clocks` clock ticks after its request."""
+        return self.clock.ps_array(self.ticks + clocks, self.origin)
+
+    def request(self) -> Edges:
+        """Return the edges of I/O REQUEST."""
+        return _alternating(self.requests, self._instants(self.times.busy), 0)
+
+    def bus(self) -> Edges:
+        """Return the edges of the host's output on the bus; a level is 256 * (mask of driven wires) + value."""
+        import numpy as np
+
+        ends = self.ends[[command.released for command in self.commands]]
+        last = [command.last for command in self.commands if command.released]
+        return np.insert(self.requests, ends, last), np.insert(self.driven, ends, FLOATING)
+
+    @property
+    def driven(self) -> NDArray[np.int32]:
+        """The level with which the host drives the bus for each byte."""
+        import numpy as np
+
+        return np.frombuffer(b"".join([command.data for command in self.commands]), np.uint8) | np.int32(0xFF00)
+
+    def strobe(self, active: int) -> Edges:
+        """Return the edges of INSTROBE, given the active level of INSTROBE."""
+        return _alternating(self._instants(self.times.strobe), self._instants(self.times.sample), active)
+
+    def ready(self) -> Edges:
+        """Return the edges of READY."""
+        import numpy as np
+
+        opened = [command.opened for command in self.commands]
+        rises = np.append(self.requests[1:], 0)
+        rises[self.ends - 1] = [-1 if at is None else at for at in opened]
+        times, levels = _alternating(self._instants(self.times.busy), rises, 0)
+        if None not in opened:
+            return times, levels
+        return times[times >= 0], levels[times >= 0]
+
+
+def _alternating(first: NDArray[np.int64], second: NDArray[np.int64], level: int) -> Edges:
+    """Return edges to `level` at the instants `first` (ps), each followed by one to the other level at `second`."""
+    import numpy as np
+
+    times = np.stack((first, second), axis=1).ravel()
+    return times, np.tile(np.array((level, 1 - level), np.int8), len(first))
+
+
+@lru_cache(maxsize=4)
+def drawn(kind: Drawn, commands: tuple[HandshakenBytes, ...]) -> ManyCommands:
+    """Return the commands of a window, which its wires share while they are saved one after another."""
+    return kind(commands)
+
+
+class PastHandshakes(PastExchanges):
+    """The waveform of a net over consecutive commands, each of which ends before the next begins.
+
+    Args:
+        kind: the class that draws many commands; the other arguments are as for `PastExchanges`.
+    """
+
+    __slots__ = ("kind",)
+
+    def __init__(self, net: Net, shown: Sequence[Shown], starts: list[int], states: list[Any], kind: Drawn) -> None:
+        super().__init__(net, shown, starts, states)
+        self.kind = kind
+
+    def edges(self, start: int, stop: int) -> tuple[Any, Any]:
+        if len(self.shown) > 1:
+            return super().edges(start, stop)
+        first, over = max(bisect_right(self.starts, start) - 1, 0), max(bisect_right(self.starts, stop), 1)
+        edges: Any = self.shown[0](drawn(self.kind, tuple(self.states[first:over])))
+        times, levels = edges
+        window = slice(bisect_right(times, start), bisect_right(times, stop))
+        return times[window], levels[window]
