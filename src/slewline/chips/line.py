@@ -61,6 +61,7 @@ class LineOwner(Protocol):
     kernel: Kernel
     name: str
     clock: Clock
+    idle: bool
     on_command: Hook[[str]]
 
     @property
@@ -222,7 +223,7 @@ class LineInterface:
         self.work.append(item)
         if self.worker is None:
             self.worker = self.kernel.spawn(self._work, name=f"{self.owner.name} answers")
-            self.owner.refresh_idle()
+            self.owner.idle = False
 
     async def _work(self) -> None:
         owner = self.owner

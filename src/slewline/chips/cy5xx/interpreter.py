@@ -40,7 +40,7 @@ class Interpreter:
             row.code: getattr(instructions, row.handler) for row in stored
         }
         port.select.watch(self._selected)
-        port.reader = self
+        port.decoder, port.keep = self.decoder, self.keep
 
     def _selected(self, _net: Net) -> None:
         if self.chip.task is not None and self.chip.pins["ready"].net.is_inactive and not self.program.motion.moving:
@@ -89,17 +89,8 @@ class Interpreter:
         """Return an awaitable for the next byte from the host."""
         return self.port.next_byte(self.program.pc is None, self.program.live)
 
-    @property
-    def at_letter(self) -> bool:
-        """True if a command begins with the next byte."""
-        return self.decoder.at_letter
-
-    def kept(self, data: bytes, at: int, ascii: bool) -> int:
-        """Count the bytes of `data`, from index `at` on, that will merely be stored as part of a command."""
-        return self.decoder.kept(data, at, ascii)
-
     def keep(self, data: bytes) -> None:
-        """Add the bytes of `data`, as counted by `kept`, to the command."""
+        """Add bytes that neither end a command nor are mistakes to the command."""
         self.decoder.keep(data, self.port.ascii, self.program.entering)
 
     async def execute(self, command: Command) -> None:

@@ -257,8 +257,8 @@ class GsC(InLines, Chip):
 
     def _framed(self, answer: str, checked: bool) -> list[bytes]:
         """Return the lines of an answer as bytes to send, with checksums if `checked`; no lines for an empty text."""
-        lines = [line.encode("ascii") for line in answer.split("\r") if line]
-        return [line + bytes([checksum(line, self.straps.kept)]) if checked else line for line in lines]
+        lines = answer.encode("ascii").split(b"\r")
+        return [line + bytes([checksum(line, self.straps.kept)]) if checked else line for line in lines if line]
 
     def _answer_later(self, answer: str) -> None:
         """Send an answer that an EEPROM write has delayed."""

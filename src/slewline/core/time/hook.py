@@ -97,4 +97,5 @@ class CommandHook(Hook[[str]]):
     def __call__(self, text: str) -> None:
         if text or self.text:
             self.text = text
-            super().__call__(text)
+            if self.listeners or text.__class__ is not str:
+                super().__call__(text)

@@ -134,7 +134,7 @@ def handed_over(driver: Driver, line: Characters) -> bool:
         readers = net.readers
         if net.observers or net.latched or len(net.before_change) != len(readers):
             return False
-        if len(net.waiters) > len(readers):
+        if net.waiters and len(net.waiters) > len(readers):
             net.drop_ended()
             if len(net.waiters) > len(readers):
                 return False
@@ -142,19 +142,17 @@ def handed_over(driver: Driver, line: Characters) -> bool:
             if not reader.rests or reader.frames is not frames:
                 return False
     driver.promise = line
-    if not active:
-        root.sort_drivers()
-    now, space = kernel.now, 1 - frames.mark
+    active, now, space = [driver], kernel.now, 1 - frames.mark
     for net in nets:
-        net.promise, net.plain = line, None
+        net.active, net.promise, net.plain, net.contention = active, line, None, False
         net.token += 1
-        net.value, net.changed_at = space, now
-        net.changes += 1
-        net.waiters = []
         if net._log is not None:
             net.log_from(now, line)
-        for reader in net.readers:
-            reader.take_over(line)
+        if net.readers:
+            net.value, net.changed_at, net.waiters = space, now, []
+            net.changes += 1
+            for reader in net.readers:
+                reader.take_over(line)
     return True
 
 

@@ -161,7 +161,8 @@ class Handshakes(Exchange):
         try:
             await suspended()
         finally:
-            self.through, self.sender = self.in_flight, None
+            whole = self.woken and self.by_value
+            self.through, self.sender = len(self.state.data) if whole else self.in_flight, None
 
     def taken(self) -> None:
         """Record that the last byte is accepted now (called by the chip)."""

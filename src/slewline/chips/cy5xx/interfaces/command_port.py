@@ -27,18 +27,17 @@ from .readout import ReadOut
 COMMANDS = "a command", "a live command"
 
 
-class BusReader(Protocol):
-    """A reader that assembles commands from the received bytes."""
+class BusDecoder(Protocol):
+    """The decoder of the received bytes.
 
-    @property
-    def at_letter(self) -> bool:
-        """True if a command begins with the next byte."""
+    Attributes:
+        at_letter: True if a command begins with the next byte.
+    """
+
+    at_letter: bool
 
     def kept(self, data: bytes, at: int, ascii: bool) -> int:
         """Count the bytes of `data`, from index `at` on, that will merely be stored as part of a command."""
-
-    def keep(self, data: bytes) -> None:
-        """Add the bytes of `data`, as counted by `kept`, to the command."""
 
 
 class BusPort:
@@ -58,11 +57,12 @@ class BusPort:
         self.ascii = True  # level of pin 36 at the command letter
         self.requested = self.busy_from = self.busy_ps = 0  # of the byte in progress: its request, READY low
         self.unanswered = -1  # count of changes of I/O REQUEST when it fell in a running program
-        # Bytes sent as one value (handshake.py): their exchange, the bytes, how many of them the reader has.
+        # Bytes sent as one value (handshake.py): their exchange, the bytes, how many of them the decoder has.
         self.byte_times = ByteTimes(self.strobe, self.sample, self.sample + self.busy, ticks["letter"])
         self.watches: tuple[tuple[Net, Callable[[Net], object]], ...] = ()
         self.awaited, self.watched_nets = (self.request.when_active,), (self.select, self.mode)
-        self.reader: BusReader
+        self.decoder: BusDecoder
+        self.keep: Callable[[bytes], None]  # adds bytes, as counted by `decoder.kept`, to the command
         self.exchange: Handshakes | None = None
         self.coming: HandshakenBytes | None = None
         self.read = self.byte = self.token = 0
@@ -123,7 +123,7 @@ class BusPort:
             stage = HandshakeStage.AWAITED
             if request.value != request.active_level:
                 chip.idle = idle
-                letter = self.reader.at_letter
+                letter = self.decoder.at_letter
                 chip.waits(f"waiting for {COMMANDS[live]}" if letter else "waiting for the rest of a command")
                 others, asked = self.others if letter else (), request.when_active
                 if others:
@@ -154,7 +154,7 @@ class BusPort:
                 if request.value == request.when_inactive[1]:
                     chip.finding("short-request", "I/O REQUEST rose before INSTROBE ended: the byte is lost")
                     continue
-                self.byte = self.accept(self.reader.at_letter)
+                self.byte = self.accept(self.decoder.at_letter)
                 await until(kernel, self.busy_ps)
                 stage = HandshakeStage.ACCEPTED
             if stage is HandshakeStage.ACCEPTED:
@@ -195,7 +195,7 @@ class BusPort:
     @property
     def at_letter(self) -> bool:
         """True if a command begins with the next byte."""
-        return self.reader.at_letter
+        return self.decoder.at_letter
 
     async def _requested(self, asked: tuple[Net, int]) -> HandshakeStage:
         """Wait for I/O REQUEST, or for bytes sent as one value; return the stage that the last byte has reached."""
@@ -221,13 +221,13 @@ class BusPort:
             return 0
         if self.motion_complete.net.value != self.motion_complete.inactive_level:
             return 0
-        ascii = self.mode.level == 1 if self.reader.at_letter else self.ascii
-        return min(self.reader.kept(data, at, ascii) + 1, len(data) - at)
+        ascii = self.mode.level == 1 if self.decoder.at_letter else self.ascii
+        return min(self.decoder.kept(data, at, ascii) + 1, len(data) - at)
 
     def begins(self, coming: HandshakenBytes) -> None:
         """Begin to receive bytes sent as one value."""
         self.coming, self.read, self.idle, self.chip.idle = coming, 0, self.chip.idle, False
-        if self.reader.at_letter:
+        if self.decoder.at_letter:
             self.ascii = self.mode.level == 1
 
     def reached(self, number: int, stage: HandshakeStage) -> int | None:
@@ -269,9 +269,9 @@ class BusPort:
             self._show_handshake(coming, number, coming.instant(number, self.sample) <= seen)
 
     def _keep(self, coming: HandshakenBytes, number: int) -> None:
-        """Pass the bytes before byte `number` to the reader, except any that it already has."""
+        """Pass the bytes before byte `number` to the decoder, except any that it already has."""
         if number > self.read:
-            self.reader.keep(coming.data[self.read : number])
+            self.keep(coming.data[self.read : number])
             self.read = number
 
     def _show_handshake(self, coming: HandshakenBytes, number: int, accepted: bool) -> None:
