@@ -18,8 +18,8 @@ LONGEST = 60  # maximum bytes in the path of the parent folder: a socket path ha
 class TemporaryFolder(TemporaryDirectory[str]):
     """A new folder that only this user can access, with a path short enough for sockets.
 
-    Forked copies of this process also hold the lock of the folder: files that a copy adds to the folder
-    too late for `cleanup` are removed by the next process.
+    Forked copies of this process share the lock of the folder, and keep it locked while they are alive.
+    If a copy adds files too late for `cleanup` to remove them, the next process removes them.
     """
 
     def __init__(self) -> None:

@@ -74,7 +74,7 @@ R = TypeVar("R")
 
 
 def delegate(to: str, method: Callable[Concatenate[Any, P], R]) -> Callable[Concatenate[Any, P], R]:
-    """Return a bench method that calls `method` on the attribute of the bench whose name is `to`.
+    """Return a bench method that calls `method` on one of the bench's attributes, namely the one named `to`.
 
     The bench method has the signature and docstring of `method`.
     """

@@ -20,10 +20,9 @@ continued.  It records exactly the inputs that the new bench has played: replayi
 run bit for bit.
 
 Memories.  A shadow keeps the memory of a chip or part in the model, and never touches its file.  With
-`go_on` the new bench takes over that file, which is written only if the content differs: data that the
-undone past stored and the new run stored again in the same way is not written twice; data that the new
-run did not store is removed, and data that only the new run stored is added.  A write that a disk has
-refused is refused again when the owner of the memory makes the same call.
+`go_on` the new bench takes over that file.  The file then gets the content that the new run has stored; it
+is not written if it has this content already.  If a disk refused a write in the old run, the write is
+refused again when the owner of the memory makes the same call in the new run.
 """
 
 from __future__ import annotations

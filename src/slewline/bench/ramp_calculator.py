@@ -58,9 +58,9 @@ def find_ramps(
 
     Free parameters are S and Z of the CY525, R of the GS-C modules, and one of SET_ACC, SET_MAX_ACC and
     SET_JERK of the MC1451A family, unless a value is given.  Of two ramps that are equally near, the slower
-    one comes first.  Of several ramps with the same time, acceleration or steps (whichever is the goal),
-    only the slowest is returned; if several are equally slow, the one with the lowest Z and, if these are
-    equal too or there is no Z, the one with the lowest S, R, acceleration or jerk.
+    one comes first.  Of several ramps with the same value of the goal (the same time, for example), only the
+    slowest is returned.  If several of these are equally slow, the one with the lowest Z is returned; if Z is
+    equal too, or the part has no Z, the one with the lowest S, R, acceleration or jerk.
 
     Args:
         part, crystal, options, values: as for `ramp`.

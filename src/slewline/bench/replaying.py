@@ -179,7 +179,8 @@ class Player:
 
     Args:
         prepare: called with the bench before time passes; may return a `Companion`.
-        kept: a function that takes the name of a chip or part and its memory, and returns the memory to use.
+        kept: a function that takes the name of a chip or part, and the store that the journal provides for it;
+            it returns the store to use instead.
     """
 
     def __init__(
@@ -277,7 +278,7 @@ def as_bytes(content: Any) -> bytes:
 
 @contextmanager
 def _located(found: Entries, number: int, what: str) -> Iterator[None]:
-    """Raise each error in the execution of an invalid entry as a BenchFileError that states file and line."""
+    """Convert any error in the `with` block to a BenchFileError that states the file and the line `number`."""
     try:
         yield
     except BenchFileError:
@@ -313,7 +314,8 @@ def apply(
 ) -> Any:
     """Execute an entry on a bench; return the result of an input to a chip or part, and None for other entries.
 
-    `kept` takes the name of a chip or part and its memory, and returns the memory to use.
+    `kept` takes the name of a chip or part, and the store that the journal provides for it; it returns the store
+    to use instead.
     """
     do = entry["do"]
     named: Callable[[str], Any] = bench.__getitem__

@@ -37,12 +37,15 @@ class TimedStream(Protocol):
 
 
 def _seen(_net: Net) -> None:
-    """Do nothing; observing a net makes each of its promised edges an instant at which conditions are tested."""
+    """Do nothing: watching a net with this function is enough to make the run stop at each edge of the net."""
 
 
 @dataclass
 class Wait:
-    """A wait for a condition, at most until an instant; `done` gets True if the condition is met, else False."""
+    """A wait for a condition, with a time limit.
+
+    `done` is called with True when the condition is met, or with False when the limit is reached first.
+    """
 
     met: Callable[[], bool]
     limit_ps: int
@@ -53,12 +56,12 @@ class Wait:
     renew: Callable[[], object] | None = None  # repeats the wait on the bench that has replaced this one
 
     def begin(self) -> None:
-        """Count each promised edge of the nets as an instant of the run, so that the condition is tested there."""
+        """Make the run stop at each edge of the nets, so that the condition is tested there."""
         for net in self.nets:
             net.watch(_seen)
 
     def end(self) -> None:
-        """Stop counting the promised edges of the nets as instants of the run."""
+        """Let the run pass over the edges of the nets again."""
         for net in self.nets:
             net.unwatch(_seen)
 
@@ -292,7 +295,7 @@ class Runner:
     def _instants(self) -> list[Net]:
         """Return the nets at whose edges a condition function is called.
 
-        These are the nets that carry steps, and the nets over which data is exchanged by value.
+        These are the nets that carry steps, and the nets over which bytes can be transferred without single edges.
         """
         steps = [net for chip in self.chips.values() for net in step_nets(chip)]
         pins = [each.pins for each in self.chips.values()] + [each.pins for each in self.parts.values()]
@@ -317,7 +320,10 @@ class Runner:
             raise self._timeout(condition, timeout, dead)
 
     def _foreseen(self, wait: Wait, when: Callable[[], int | None]) -> bool:
-        """Run until a condition is met, at an event or when `when` foresees it; return whether it is met in time."""
+        """Run until a condition is met; return whether it is met within the time limit.
+
+        The condition is tested after each event, and at the instant that `when` predicts (ps; None: no prediction).
+        """
         kernel = self.kernel
         while not wait.met():
             following, early = kernel.next_time(), when()

@@ -64,7 +64,7 @@ def met(own: Terminal, role: str, axis: int, neighbour: Chip | Part) -> Terminal
 
 
 def as_needed(row: Pin) -> Pin:
-    """Return a pin as an attached part sees it: `active` is the level at which the role of the pin is active."""
+    """Return a copy of a pin in which `active` is the level at which the pin's role is active."""
     return replace(row, active=row.sense)
 
 

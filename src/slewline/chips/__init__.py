@@ -6,9 +6,9 @@ A plug-in is a class that must define `sheet`.  It may define further attributes
         sheet = MX10
         checks = (go_without_speed,)     # its lint rules (language/lint.py, Check)
         ramps = Mx10Ramps(MX10)          # its ramp calculator (language/ramp_answers.py, Calculator)
-        quirks = (Quirk(...),)           # what its manual leaves open (core/datasheet/quirk.py)
+        quirks = (Quirk(...),)           # the gaps in its manual (core/datasheet/quirk.py)
 
-A built-in chip is a folder that contains those of the following files that the chip needs:
+A built-in chip is a folder with the following files; a file that the chip does not need is left out:
 
     sheet.py         pins, commands, registers, times, LIMITS between edges, OPTIONS, dialect, channels, each with its
                      section of the manual; the commands asm, dis, lint and describe read nothing else
@@ -21,8 +21,8 @@ A built-in chip is a folder that contains those of the following files that the 
                      before its steps are scheduled (core/motion/plan.py, mc1451a/axis/verified.py)
     twin.py          the same motion step by step, the reference with which tests/laws compares the fast path
     checks.py        lint rules that apply to this chip only
-    ramps.py         its ramp calculator; `slewline tune` tries the `tried` values of each `RampParameter`, spaced
-                     by its `measure`, and `script` returns the commands that a host sends for a move
+    ramps.py         its ramp calculator; `tried` states the values of a `RampParameter` that `slewline tune` tries,
+                     evenly spaced in its `measure`; `script` returns the commands that a host sends for a move
     quirks.py        the model's choices where the manual is silent, each with the test that verifies it
 
 Code that several parts of a family share is in the family's folder (cy5xx); cy5xx/letters.py

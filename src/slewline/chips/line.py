@@ -26,7 +26,7 @@ from ..core.wires.net import Driver
 from ..core.wires.pin import Terminal
 from ..core.wires.receiver import Character, Receiver
 from ..core.wires.serial import RS232, CharacterFormat, Straps, bit_clock
-from ..core.wires.waits import next_round, until
+from ..core.wires.waits import next_round, suspended, until
 from ..errors import UsageError
 from ..language.dialect import Refusal, dialect_of
 from ..language.lines import KEPT, parse, refusal
@@ -116,16 +116,12 @@ class LineInterface:
         self.baud = 0  # the rate of reception
         self.work: deque[Line | bytes] = deque()  # lines to execute, and late answers
         self.worker: Task | None = None
+        self.answering = False  # a line is in progress, or its answer is being sent
         self.listener: Task | None = None
         self.receiver: Receiver | None = None
         self._coming = bytearray()
         self._faulty = self._first_faulty = self._too_long = False
         self.line_feeds = False  # a line feed has been reported
-
-    @property
-    def answering(self) -> bool:
-        """True while a line is in progress, or its answer is being sent."""
-        return self.worker is not None
 
     @property
     def coming(self) -> bytearray:
@@ -163,6 +159,7 @@ class LineInterface:
             self.receiver.close()
         self.listener = self.worker = self.receiver = self.straps.taken = None
         self.work.clear()
+        self.answering = False
         self._forget_line()
 
     def _forget_line(self) -> None:
@@ -174,7 +171,7 @@ class LineInterface:
         await self.receiver.receive(self._receive, self._passed, _line_end)
 
     def _passed(self, data: bytes) -> None:
-        """Add faultless characters, other than carriage returns and line feeds, to the line."""
+        """Add characters to the line; they have no faults, and none of them is a CR or an LF."""
         room = self.longest - len(self._coming)
         self._coming += data[: max(room, 0)]
         self._too_long |= len(data) > room
@@ -221,13 +218,21 @@ class LineInterface:
             )
             return
         self.work.append(item)
+        if self.answering:
+            return
+        self.answering, self.owner.idle = True, False
         if self.worker is None:
             self.worker = self.kernel.spawn(self._work, name=f"{self.owner.name} answers")
-            self.owner.idle = False
+        else:
+            self.kernel.wake(self.worker)
 
     async def _work(self) -> None:
         owner = self.owner
-        while self.work:
+        while True:
+            if not self.work:
+                self.answering = False
+                owner.refresh_idle()
+                await suspended()
             item = self.work[0]
             if isinstance(item, Line):
                 owner.busy(True)
@@ -247,8 +252,6 @@ class LineInterface:
                 await until(self.kernel, begin_line(driver, self.frames, answer + b"\r"))
                 driver.release()
             self.work.popleft()
-        self.worker = None
-        self.owner.refresh_idle()
 
 
 def _line_end(data: bytes, at: int) -> int:

@@ -17,7 +17,11 @@ if TYPE_CHECKING:
 
 @dataclass
 class BenchOptions:
-    """The options for a bench: the chip if there is no bench file, otherwise the permissions of the bench file."""
+    """The options for a bench.
+
+    `chip` and `strap` apply if there is no bench file; `anywhere` and `allow_code` are the permissions of a
+    bench file.
+    """
 
     chip: str | None
     strap: tuple[tuple[str, int], ...]

@@ -80,12 +80,16 @@ def recommended_ms(late_ms: float, load_ms: float) -> int | None:
 
 
 class Checkup(NamedTuple):
-    """The results of a check: round trips and delays in ms, the error of the crystal in ppm, pulses.
+    """The results of a check of a board.
 
-    `load_ms`: the longest time taken to transfer all the frames that precede the first step of a motion;
-    `horizon_ms`: the horizon needed, None if none is long enough; `counted`: pulses that came back, None if
-    there was no answer or the driver is on; `jogged`: whether ten steps in each direction were made;
-    `estop`: whether the emergency-stop contact opened; `jogged` and `estop` are None if not tried.
+    Round trips and delays are in ms, the error of the crystal is in ppm.
+
+    Attributes:
+        load_ms: the longest time taken to transfer all the frames that precede the first step of a motion.
+        horizon_ms: the horizon needed; None if none is long enough.
+        counted: the number of pulses that came back; None if there was no answer, or the driver is on.
+        jogged: whether ten steps in each direction were made; None if this was not tried.
+        estop: whether the emergency-stop contact opened; None if this was not tried.
     """
 
     board: BoardModel

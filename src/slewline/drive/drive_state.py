@@ -36,9 +36,10 @@ Phase = Literal["closed", "ok", "halted", "unknown"]
 class DriveState:
     """The state shared by all pieces of a drive.
 
-    `final`: the board is at rest after a halt, and its count is known.  `known`: the position register holds
-    the position of the motor, as far as can be known.  `undecided`: the model may yet be taken back to the
-    point where the motor comes to rest.
+    Attributes:
+        final: True if the board is at rest after a halt, and its count is known.
+        known: True if the position register holds the position of the motor, as far as can be known.
+        undecided: True if the model may yet be taken back to the point where the motor comes to rest.
     """
 
     bench: Bench
@@ -112,7 +113,13 @@ class DriveState:
         self.undecided = undecided
 
     def count_from(self, counted: int, travel: int, net: int) -> None:
-        """Record that the board's count is `counted` when the travel is `travel`; `net`: steps fed, up minus down."""
+        """Record the count of the board that corresponds to the present travel of the model.
+
+        Args:
+            counted: the count of the board.
+            travel: the travel of the model at that count, in steps.
+            net: the net number of steps fed to the board, up minus down.
+        """
         self.count_origin, self.counted_from = counted - travel, travel - net
 
     def correct(self, steps: int) -> None:

@@ -52,7 +52,11 @@ class RecordSink(Protocol):
 
 
 class PlannedSteps(NamedTuple):
-    """Steps in one direction (1/65536 tick); stop ramp from the first, in steps (-1: unknown); its change per step."""
+    """Steps in one direction, at instants in 1/65536 tick.
+
+    A stop ramp from the first of these steps has `ramp_left` steps, or -1 if its length is unknown.  With
+    each further step, this length changes by `slope`: -1, 0 or 1.
+    """
 
     flags: int
     ticks16: NDArray[np.int64]
@@ -76,11 +80,13 @@ class Feeder:
         kernel: the kernel of the chip's bench, which is idle during a turn.
         link: the receiver of the records.
         ticks: the conversion of instants into ticks.
-        horizon: ticks from a step of the model to the same step of the motor.
+        horizon: the delay, in ticks, from a step of the model to the same step of the motor.
         shortest: the minimum interval between two steps, in ticks.
-        put: called with outputs that change at rest, or between two steps too close to allow a pause.
+        put: called with each output change that occurs at rest, or between two steps so close together that
+            there is no room for a pause.
         half: a function that returns whether the chip makes half steps now.
-        ramps: yields a stretch in pieces (`RampPiece`): first step, end, stop ramp length, change per step.
+        ramps: a function that divides a stretch into pieces (`RampPiece`), each of which states the lengths
+            of the stop ramps from its steps.
         wake: called before a motion is started.
     """
 
@@ -213,7 +219,10 @@ class Feeder:
         self.stopped = False
 
     def resume(self, since_ps: int) -> None:
-        """Queue the model's steps from an instant (ps) on; the instant is past if another run has been taken over."""
+        """Queue the model's steps from an instant (ps) on.
+
+        The instant is in the past if the model has switched to another run.
+        """
         self._changes.clear()
         self.stopped, self.lost, self.taken_ps = False, 0, since_ps
 
@@ -246,7 +255,7 @@ class Feeder:
     # -------------------------------------------------------------------------------------------------- to the board
     @property
     def _present16(self) -> int:
-        """The tick, in 1/65536 tick, up to which output is final: further steps come at least a margin later."""
+        """The tick (in 1/65536 tick) up to which output is final; any new step is at least `_margin16` later."""
         return self.ticks.at(self.taken_ps) + (self.horizon << 16) - self._margin16
 
     def _lay(self) -> None:

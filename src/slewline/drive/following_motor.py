@@ -53,10 +53,10 @@ class Alignment:
                 self.align()
 
     def turn(self, tick: int) -> None:
-        """Align a model that is frozen, or off by a large constant time, if no motion is pending.
+        """Align the model if it is frozen, or if its offset from the board's time is large and constant.
 
-        The model of a server is frozen while paused; its offset from the board's time is constant after the
-        server has lagged and has skipped the lost time.
+        It is not aligned while a motion is pending.  The model of a server is frozen while the server is paused.
+        The offset is constant after the server has lagged and has skipped the lost time.
         """
         before_ps, before = self._looked_ps, self._off
         self._looked_ps, self._off = self.state.kernel.now, self._ahead(tick)
@@ -124,7 +124,6 @@ class Following:
         self.attach()
 
     def _input(self, do: str, _what: object) -> None:
-        """Record an external input, and wake an idle drive; inputs in `SILENT` do not permit the chip to move."""
         if do not in SILENT:
             self.spoken = True
         if self.link.at_rest:
@@ -145,7 +144,7 @@ class Following:
         self._continue()
 
     def resume(self, position: int, since_ps: int) -> None:
-        """Let a stopped board continue from a position; it outputs the model's steps after an instant (ps).
+        """Let a stopped board continue from a position, with those steps of the model that follow an instant (ps).
 
         Raises:
             UsageError: the board does not follow, because an emergency stop is active.
@@ -164,7 +163,13 @@ class Following:
         self.talk.begin()
 
     def stop(self, at_once: bool = False, *, of_chip: bool = True) -> None:
-        """Stop the motor: ramp down, or stop `at_once`; `of_chip`: True if a command is already stopping the chip."""
+        """Stop the motor, by ramping down or, with `at_once`, immediately.
+
+        Args:
+            at_once: stop without a ramp.
+            of_chip: True if a command is already stopping the chip; False if the chip must be stopped as well
+                when the board is idle (see `stop_chip`).
+        """
         self.link.stop(0 if at_once else 1)
         chip, axis = self.state.chip, self.state.axis
         self.to_stop = not of_chip and (self.feeder.busy or axis.moving or not chip.idle)

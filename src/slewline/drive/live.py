@@ -26,7 +26,7 @@ LEAST_WAIT_S = 0.0005
 
 
 class Live:
-    """The turns of a drive, which keep board and model together.
+    """The work that a drive does at each of its turns (every 5 ms), to keep board and model together.
 
     `rewind` takes the model back to the instant at which an input of the board stopped the motor; if it is
     None, the chip is stopped at the current instant.

@@ -96,7 +96,8 @@ class Drive:
     Attributes:
         board: the model of the board, according to its IDENT.
         port: the open port of the board, which may have another file number after `clear`.
-        power: the state of the driver; `power.on`: it is switched on; `power.known`: the position is known.
+        power: the state of the driver: `power.on` is True while the driver is switched on, and `power.known`
+            while the position is known.
         troubles: texts of all troubles since the start.
         on_event: hook, called with each event that the board reports.
         on_wake: hook, called when an external input arrives while the drive is idle: a turn is due now.
@@ -314,7 +315,10 @@ class Drive:
         return self._live.due()
 
     def gate(self, call: Callable[[], object], ps: int) -> None:
-        """Make a call that belongs to an instant of the model (ps): a horizon later if output is pending, else now."""
+        """Make a call one horizon after an instant of the model (ps).
+
+        If no steps or calls are pending, it is made immediately.
+        """
         self._path.gate(call, ps)
 
     def run(self, duration: Time) -> None:

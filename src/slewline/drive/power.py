@@ -80,7 +80,10 @@ class Power:
         return True
 
     def _look_for_homing(self) -> None:
-        """Trust the position if, at rest, a homing run has ended at 0, or the register was set with no homing run."""
+        """Trust the position if a homing run has ended with the register at 0, or the host has set the register.
+
+        This is checked only while the motor is at rest.
+        """
         axis, (homing, offset) = self.state.axis, self._homed_from
         if axis.homing:
             self._homed_from = axis.homing, offset
@@ -92,7 +95,6 @@ class Power:
             self._homed_from = seen
 
     def _seen(self) -> tuple[int, int]:
-        """Return the direction of the chip's homing run (0: none), and the register minus the travel of the axis."""
         axis = self.state.axis
         return axis.homing, (axis.position - axis.travel) % axis.modulus
 

@@ -82,7 +82,10 @@ class Effects:
         await self.pulse()
 
     async def pulse(self) -> None:
-        """Post DMOV 0 and then 1, as any position put does; while a motion is requested, post only changed fields."""
+        """Post DMOV as 0 and then as 1, although nothing moves, because clients wait for this after a position put.
+
+        If a motion is requested or in progress, post only the fields that have changed.
+        """
         if self.motions.idle:
             for done in (False, True):
                 self.owner.state.done = done

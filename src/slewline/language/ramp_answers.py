@@ -49,8 +49,9 @@ class RampParameter:
     seconds in the denominator of its unit: 1 for a rate, 2 for an acceleration.  If `only` is, for
     example, ("profile", "s-curve"), the parameter exists only if the parameter "profile" is "s-curve".
 
-    `measure` is a function that increases with the value.  Ramp trials (slewline tune) try values at which
-    its results are evenly spaced; `tried` states the values that are tried by default.
+    `measure` is the scale on which ramp trials (slewline tune) space their values evenly: a function that
+    maps a value to a number, and increases with the value.  `tried` is a text that states the values tried
+    by default.
     """
 
     name: str
@@ -87,7 +88,10 @@ class Wanted(NamedTuple):
         return {"time": ramp.time_ps, "acceleration": ramp.acceleration, "steps": ramp.steps}[self.goal]
 
     def beyond(self, bounds: tuple[float, float]) -> float:
-        """Return the least difference from the goal if a ramp's time, acceleration or steps are within `bounds`."""
+        """Return the distance of the goal from the interval `bounds`, in the goal's unit; 0 if it is inside.
+
+        A ramp whose time, acceleration or number of steps is within `bounds` misses the goal by at least this.
+        """
         return max(bounds[0] - self.value, self.value - bounds[1], 0.0)
 
 
@@ -251,7 +255,10 @@ missing(
 
 
 class Search(NamedTuple):
-    """A search for the sets of `free` parameter values with the ramps nearest to `wanted`; at most `best` sets."""
+    """A search for values of the parameters named in `free`, such that the ramp comes nearest to `wanted`.
+
+    All other parameters keep their values in `fixed`.  The search finds at most `best` ramps.
+    """
 
     wanted: Wanted
     fixed: Values
@@ -261,7 +268,10 @@ class Search(NamedTuple):
 
 
 class Candidate(NamedTuple):
-    """Values of free parameters, and bounds of the goal quantity (time, acceleration or steps) of their ramp."""
+    """A value for each free parameter, and bounds for the ramp that results from these values.
+
+    The time, acceleration or number of steps of the ramp, whichever is the goal, is within `bounds`.
+    """
 
     values: dict[str, int]
     bounds: tuple[float, float] = ANYTHING
@@ -346,9 +356,9 @@ class Calculator(ABC):
 
     @abstractmethod
     def candidates(self, search: Search) -> Iterable[Candidate]:
-        """Yield values of the free parameters, including the best ones.
+        """Yield candidates, each with a value for each free parameter; the best ones are among them.
 
-        The distance between bounds and goal never decreases from one candidate to the next.
+        They come in the order of the distance between their `bounds` and the goal, smallest distance first.
 
         Raises:
             UsageError: these parameters cannot be searched for together.

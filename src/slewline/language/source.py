@@ -132,7 +132,7 @@ def _place(source: Source, block: Block, statement: Statement) -> Statement:
 
 
 def commented(text: str, sheet: Sheet) -> list[Problem]:
-    """Return a warning for each command that is followed by a comment made up only of commands of the part.
+    """Return a warning for each line on which a comment after a command contains nothing but commands.
 
     A line with a comment in the style of another language gets a warning, too.  A line that consists only of
     a comment gets none: the comment is assumed to be a command that was disabled on purpose.

@@ -11,7 +11,11 @@ from .problems import HasPlace, Problem, Severity
 
 @dataclass(frozen=True, slots=True)
 class Operand:
-    """An argument as written.  `value` fits the argument's bytes; for a label it is the code of the letter."""
+    """An argument as written in a text, and its value as stored.
+
+    `value` is the number, cut to the size of the argument in bytes; for a label, it is the code of the
+    letter.
+    """
 
     line: int
     column: int

@@ -78,10 +78,10 @@ class Server(Closing):
         found: the number of findings.
         branch: the number of the run that is shown; 0 is the run that began with the server.
         breakpoints: conditions that pause virtual time.
-        past: access to the past: `past.at(t)`, and `past.go_on`, after which another bench is served.
+        past: the past of the server: `past.at(t)` recreates an instant, `past.go_on` replaces the served bench.
         branches: the runs that began in the past, and which of them is shown.
         views: data for the control port.
-        adapters: unplugged ports.
+        adapters: the ports that were closed by `unplug`, and that can be opened again.
         reports: findings for the user, without repetitions.
         closed: whether the server is closed.
     """
@@ -218,7 +218,7 @@ class Server(Closing):
         return port
 
     def _warn_remote(self, name: str, where: str, may: str) -> None:
-        """Warn about a port if other machines can reach it; `may` is the text about the consequences."""
+        """Warn about a port if other machines can reach it; the message ends with `may`, the consequences."""
         if where.endswith(LOCAL):
             return
         host, _ = parse_address(where.rpartition("//")[2], True)
@@ -293,7 +293,7 @@ class Server(Closing):
         self.loop.close()
 
     def catch_up(self) -> None:
-        """Execute the requests that register hosts have sent up to now, before a later request is handled.
+        """Execute all register requests that hosts have already sent, before a later request is handled.
 
         This is needed only in lockstep; when paced, all bytes are handled at the instant of their arrival.
         """

@@ -91,7 +91,11 @@ def adaptive_line(server: ServerFace, name: str, chips: Sequence[Chip], framing:
 
 
 def bus_line(server: ServerFace, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> HostLine:
-    """Return a line to a chip's bus: if `framing`, through a host computer; otherwise, a serial line to a UART."""
+    """Return a line to a chip on a bus, for text lines with read-back or for the characters of a UART.
+
+    If `framing` is True, a host computer on the bench translates the text lines to bus transfers.  Otherwise, the
+    line ends in a UART whose output is connected to the bus.
+    """
     if framing:
         host = server.bench.host(chips[0], name=f"{name}_host", over=over)
         return FramedLine(name, chips[0], server.pace, server.log, cast("BusHost", host))

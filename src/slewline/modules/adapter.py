@@ -81,7 +81,11 @@ class FramedSpeech(Speech):
         return MappingProxyType(found | {"direction": (f"?{STATUS}", _part(STATUS, last + 1, last, 1))})
 
     def value(self, what: str, reply: str) -> str:
-        """Return the value named `what`, given the reply: a number as text or, for a direction, its command."""
+        """Return the value named `what` as text, given the part of the answer that the query's pattern captures.
+
+        A direction is returned as the command that sets it, any other value as a decimal number; the query of the
+        adapter's state is returned unchanged.
+        """
         if what == "adapter":
             return reply
         data = bytes.fromhex(reply)
@@ -132,7 +136,7 @@ class FramedSpeech(Speech):
         return found[0] if len(found) == 1 else None
 
     def longest(self, command: str) -> int:
-        """Return the maximum number of characters in an answer, which may contain the largest verify group."""
+        """Return the maximum number of characters in an answer, with room for the largest verify group."""
         return super().longest(command) + 3 * max(self.bus.verify_bytes)
 
     def is_complete(self, command: str, received: bytes) -> bool:
@@ -144,9 +148,10 @@ class FramedSpeech(Speech):
         return [self.stripped(line) for line in received.removesuffix(END).split(END)]
 
     def refusal(self, line: str) -> str:
-        """Return the reason, given in an answer, why the adapter refused a line or the part accepts no commands.
+        """Return the reason why a line was not executed, given the answer to the line.
 
-        The text is empty if the answer is not a refusal.
+        The adapter may have refused the line, or the part may accept no commands now.  The text is empty if the
+        answer is not a refusal.
         """
         if line == self.busy:
             return "the part is busy, or lines are waiting for it"
@@ -158,11 +163,13 @@ class FramedSpeech(Speech):
 
 
 def _bytes(number: int, byte: str = BYTE) -> str:
-    """Return the pattern of `number` bytes in an answer, each with the pattern `byte`."""
     return " ".join([byte] * number)
 
 
 def _part(group: int, size: int, at: int, number: int) -> str:
-    """Return the pattern of an answer with a group of `size` bytes; it captures `number` bytes from index `at`."""
+    """Return a regular expression for the answer with a verify group of `size` bytes.
+
+    It captures `number` of these bytes, beginning with the byte at index `at`.
+    """
     before, after = (_bytes(count) for count in (at, size - at - number))
     return rf"\?{group} " + " ".join(filter(None, (before, f"({_bytes(number)})", after)))

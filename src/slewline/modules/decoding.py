@@ -118,9 +118,10 @@ class _Wire:
 
 
 def _misfit(wires: dict[str, _Wire], baud: int, word: CharacterFormat) -> tuple[float, float]:
-    """Return the misfit of a rate: the fraction of damaged characters, and a ratio of two times (at least 1).
+    """Return the misfit of a rate, as a pair of numbers that are compared in this order.
 
-    The two times are the bit time and the shortest pulse; the longer one is divided by the shorter one.
+    The first is the fraction of damaged characters.  The second is the ratio between the bit time of the rate and the
+    shortest pulse on the wires, the longer of the two divided by the shorter one; 1 is a perfect match.
     """
     found = [each for wire in wires.values() for each in wire.characters(baud, word)]
     shortest = min((wire.shortest for wire in wires.values() if wire.shortest), default=0)
@@ -130,7 +131,10 @@ def _misfit(wires: dict[str, _Wire], baud: int, word: CharacterFormat) -> tuple[
 
 
 def _entries(characters: dict[str, list[Character]], begin: int) -> list[DialogueEntry]:
-    """Return entries with the times that a proxy records: a host character's start, a module character's end."""
+    """Return the entries of a dialogue, timed as a proxy would time them.
+
+    A character from the host has the time of its start, a character from the module the time of its end.
+    """
     instants: list[tuple[int, Speaker, int]] = [(each.start_ps, "host", each.byte) for each in characters["host"]]
     instants += [(each.end_ps, "module", each.byte) for each in characters["module"]]
     gathered = Gathered()

@@ -170,7 +170,7 @@ def _received(module: Module) -> bytes:
 
 
 def _has_checksums(speech: Speech, received: bytes) -> bool:
-    """Return whether `received`, the answer to a line without a checksum, has one and reports a damaged line."""
+    """Return whether an answer to a line without a checksum reports a damaged line and itself ends with a checksum."""
     checked = _at(speech, speech.baud, True)
     with suppress(DamagedAnswer):
         return received.endswith(CR) and checked.is_garbled(checked.stripped(received[:-1]))
@@ -178,7 +178,7 @@ def _has_checksums(speech: Speech, received: bytes) -> bool:
 
 
 def _lacks_checksums(speech: Speech, received: bytes) -> bool:
-    """Return whether `received`, the answer to a line with a checksum, has none and reports an invalid command."""
+    """Return whether an answer to a line with a checksum reports an invalid command and itself has no checksum."""
     plain = _at(speech, speech.baud, False)
     with suppress(DamagedAnswer):
         line = plain.stripped(received.removesuffix(CR))

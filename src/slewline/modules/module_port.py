@@ -2,7 +2,8 @@
 
     /dev/ttyUSB0   COM3   /tmp/controller (a pty)   socket://HOST:PORT   rfc2217://HOST:PORT   slewline://PART
 
-Silence is measured by counting reads without data, so that a port in virtual time uses its own time.
+Silence is measured by counting reads that return no data, not by the computer's clock; so it is measured
+correctly on a port in virtual time, too.
 """
 
 from __future__ import annotations

@@ -124,7 +124,7 @@ class DialogueRecorder:
 
 
 class ProxyEnd:
-    """One end of a proxy, acting as the serial line of its port: data received here is output at the other end."""
+    """One end of a proxy, which its port uses like a serial line; data received here is output at the other end."""
 
     greetings, share = TEXT, CHUNK
 

@@ -5,8 +5,8 @@ bytes are written.  A file that is not regular (a pipe, /dev/stdout) cannot be r
 directly.
 
 If the user named a symbolic link, the link is kept, and its target is written.  If slewline chose the
-name, a symbolic link with that name can only come from another program, so the link is refused (`own`);
-the neighbour, too, must be a new file.
+name (`own`), a symbolic link with that name can only come from another program, so it is refused.  The
+neighbour is always a newly created file, never an existing one.
 
 The new file has the mode of the replaced one, and its owner and group if the system permits that.  The
 neighbour is locked while it is being written, so a neighbour without a lock was left by a killed
@@ -67,7 +67,8 @@ class WholeFile(WholeOrNothing):
 
     Args:
         own: True if slewline, not the user, chose the name; a symbolic link with that name is refused.
-        durable: write the bytes to disk before the file takes its name, so that it survives a power failure.
+        durable: write the bytes to disk before the file takes its name, so that the file survives a power
+            failure.
 
     Attributes:
         part: the hidden file that later takes the name; None if the file is written directly.

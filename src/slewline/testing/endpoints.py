@@ -131,7 +131,10 @@ class PortEndpoint(Rig):
         self.thread.start()
 
     def pace_of(self, rate: str | float | None) -> Pace:
-        """Return the pacing of virtual time: if `rate` is None, it passes only for waits, else with the wall clock."""
+        """Return the pacing of virtual time: lockstep if `rate` is None, else by the wall clock.
+
+        In lockstep, virtual time passes only while the program or the test waits.
+        """
         return Lockstep(self.bench) if rate is None else Paced(self.bench, rate)
 
     def do(self, action: Callable[[], Result]) -> Result:

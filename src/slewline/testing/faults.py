@@ -259,7 +259,10 @@ class Faults(Part):
         return self._scheduled("bouncing limit", begin, terminal.release, at, lasting)
 
     def eeprom_fault(self, at: Time | None = None, lasting: Time | None = None) -> Fault:
-        """Make EEPROM programming fail: the M command is answered with E6; so is X, until a write succeeds."""
+        """Make EEPROM programming fail: the module answers the M command with E6.
+
+        It also answers X with E6 until a later write to the EEPROM succeeds.
+        """
         fail = getattr(self.chip, "fail_eeprom", None)
         if fail is None:
             raise UsageError(f"EEPROM fault: {self.chip.name}, a {self.chip.sheet.part}, has no EEPROM")

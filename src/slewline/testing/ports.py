@@ -233,7 +233,7 @@ def _close(ports: WeakSet[Any]) -> None:
 
 
 def _missing(cls: type, name: str) -> Callable[..., Any]:
-    """Return a method that raises AttributeError, for a real port of a class that lacks the method `name`."""
+    """Return a stand-in for the method `name`, which `cls` lacks; on a real port, it raises AttributeError."""
 
     def method(self: Any, *arguments: Any, **more: Any) -> NoReturn:
         raise AttributeError(f"{cls.__name__!r} object has no attribute {name!r}")

@@ -1,9 +1,13 @@
-"""A module on its own bench, with a serial line for a program: the object to which a URL or a fixture gives access.
+"""A module on its own bench, with a serial line for a program, as a URL or a fixture provides it.
 
-    program --- line ---> connector ---> module            the connector is that of a host in virtual time; the line
-            <----------- (SerialHost) <---                 carries external bytes in and out, including noise
+    program --- line ---> connector ---> module
+            <----------- (SerialHost) <---
 
-Virtual time passes only while the program waits for characters; if a rate is set, it follows the wall clock instead.
+The connector is a host in virtual time.  The line carries the program's bytes to and from it, and
+may add noise.
+
+Virtual time passes only while the program waits for characters; if a rate is set, it follows the wall
+clock instead.
 """
 
 from __future__ import annotations
@@ -74,7 +78,7 @@ class WallClockTime(Paced):
     """Pacing in which virtual time follows the wall clock, and catches up whenever the program polls."""
 
     def pass_time(self) -> bool:
-        """Let time pass up to the wall clock's instant, for at most one slice; return whether it has been reached."""
+        """Let time pass towards the wall clock's instant, by at most one slice; return whether it has caught up."""
         return Pace.pass_time(self)
 
     def present(self) -> None:
@@ -150,7 +154,7 @@ class Rig:
         self.away = ""
 
     def look(self) -> str:
-        """Return "" if the port can be found; otherwise let 100 ms of virtual time pass, and return the reason."""
+        """Return "" if the port is present; otherwise let 100 ms of virtual time pass, and return why it is absent."""
         if why := self.away:
             self.wait(never, LOOK_PS)
         return why

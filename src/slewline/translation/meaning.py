@@ -84,9 +84,12 @@ class Action:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SetProfile(Action):
-    """An action that sets a profile value, named by `sets`; `profile` is the result, None if not known.
+    """An action that sets a start rate, a top rate or a ramp.
 
-    `value` is the new value: a rate, steps/s, or, for "ramp", the resulting acceleration, steps/s^2.
+    Attributes:
+        sets: the quantity that it sets: "start rate", "top rate" or "ramp".
+        value: the new rate, steps/s; for "ramp", the resulting acceleration, steps/s^2; None if not known.
+        profile: the profile after the action; None if not known.
     """
 
     sets: Part
@@ -156,7 +159,8 @@ class MoveBy(Motion):
 class MoveTo(Motion):
     """A move to a position; the position is None if not known.
 
-    `implied`: the command can move several axes together, and there is a `MoveTo` for each of these axes.
+    `implied` is True if the command starts several axes together.  Each of these axes then has its own
+    `MoveTo`, and this is one of them.
     """
 
     position: int | None
@@ -193,7 +197,11 @@ class Stop(Action):
 # ---------------------------------------------------------------------------------------------- outputs, inputs, times
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SetOutput(Action):
-    """An action that sets an output to a level; `implied`: the command sets all outputs of the part together."""
+    """An action that sets an output to a level.
+
+    `implied` is True if the command sets all outputs of the part together.  Each output then has its own
+    `SetOutput`, and this is one of them.
+    """
 
     number: int
     level: int
@@ -224,7 +232,7 @@ class Label(Action):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Jump(Action):
-    """A jump to a label; with `inputs`, it is made only if each of these inputs has its given level."""
+    """A jump to a label; if there are `inputs`, it is made only if each of them has its given level."""
 
     to: str
     inputs: tuple[Input, ...] = ()

@@ -23,7 +23,10 @@ ODD_RATE = 1000  # steps/s: an unreachable rate above this is too high for the p
 
 @dataclass(frozen=True, slots=True)
 class Fitted:
-    """The target's values (by command form) whose motions come nearest to a wanted profile, and their profile."""
+    """Parameter values of the target, keyed by command form, and the profile that they produce.
+
+    Of all values that the target allows, these come nearest to a wanted profile.
+    """
 
     values: Mapping[str, int]
     profile: Profile

@@ -80,10 +80,11 @@ def runs(program: Program) -> dict[int, int]:
 
 
 def started_plainly(program: Program) -> Program:
-    """Return a program whose host starts only programs that the text enters, each at its start or at a label.
+    """Return a copy of a program in which some commands of the host have become `Special` actions.
 
-    Each host command of one of these kinds becomes a `Special`: a loop or branch, a level at a pin that is
-    not a program input, a stop of a running motion, and a run of a program that the text does not enter.
+    These are loops and branches, directives that set a pin other than a program input, stops while a motion
+    or a program may be running, and runs of a program that the text does not enter.  The host's runs of
+    programs that the text does enter are unchanged.
     """
     its, sheet = runs(program), sheet_of(program.part)
     pins = [pin.name for pin in sheet.pins if pin.role and not pin.role.startswith("input")]

@@ -10,7 +10,10 @@ PROFILE_ROLES = ("start_rate", "top_rate", "ramp", "ramp_divisor", "rate_divisor
 
 
 def takes_part(row: Row, parameters: Iterable[str]) -> bool:
-    """Return whether a command sets a rate or ramp value: its role shows it, or its form is in `parameters`."""
+    """Return whether a command sets a rate or ramp value.
+
+    Such a command has an argument, and either the role of a rate or a ramp, or a form in `parameters`.
+    """
     return bool(row.args) and (row.role in PROFILE_ROLES or row.form in parameters)
 
 

@@ -155,6 +155,9 @@ class Target:
 
 
 def found(room: str, where: str) -> Any:
-    """Return the object that `where`, a text of the form "module:name", names in the package `room`."""
+    """Return the object with the name and in the module given by `where`, in the form "module:name".
+
+    The module is in the package `room`.
+    """
     module, _, name = where.partition(":")
     return getattr(import_module(f".{room}.{module}", __package__), name)

@@ -191,7 +191,7 @@ def with_levels(program: Program, values: Mapping[str, str]) -> Program:
 
 
 def with_driven_inputs(program: Program) -> Program:
-    """Return a program; if its host drives inputs, add the assumption that the target's inputs change likewise."""
+    """Return a program with the assumption, if its host drives inputs, that the target's change likewise."""
     found = [action for action in program.actions if isinstance(action, HostDirective)]
     if not any(drives_input(action.text, sheet_of(program.part)) for action in found):
         return program

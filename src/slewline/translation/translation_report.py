@@ -33,11 +33,12 @@ class LineVerdict:
     Attributes:
         line: the number of the source line; 0: the whole program.
         kind: the same, nearly, or not possible.
-        description: the difference, with its figure: "4780 steps/s for 4783"; a note if there is none.
+        description: the difference, with its figure: "4780 steps/s for 4783"; a note if there is no
+            difference.
         limit: if not possible, the limit of the target, and where its manual states it.
         remedy: advice to the user.
-        off: the relative error of the figure: 0.004 for 0.4 %.
-        off_ps: the error of a time, ps.
+        off: the relative size of the difference: 0.004 for 0.4 %.
+        off_ps: the difference between times, ps.
     """
 
     line: int

@@ -38,7 +38,11 @@ SAME_LEVEL = ("output", "input", "step", "direction")  # roles whose levels are 
 
 @dataclass(frozen=True, slots=True)
 class BenchLine:
-    """A bench element that is not a program; its counterpart, `becomes` (empty: none); and advice."""
+    """An element of the source's bench that is not a program, such as a wire.
+
+    `what` is its description, `becomes` its counterpart in the result (empty: there is none), and `remedy`
+    is advice to the user.
+    """
 
     what: str
     becomes: str = ""

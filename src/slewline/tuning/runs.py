@@ -21,7 +21,10 @@ Order = Callable[[int], Sequence[Scenario]]  # by number in the row: the scenari
 
 
 class Outcome(NamedTuple):
-    """A candidate's outcome: the scenario in which it fails, if any, and its maximum lag in those judged."""
+    """A candidate's outcome: the scenario in which it fails, if any, and its maximum lag.
+
+    The lag is the maximum over the scenarios that were judged; these end with the one in which it fails.
+    """
 
     place: int
     killer: Scenario | None
@@ -46,7 +49,10 @@ class _Chain:
     names: list[str] = field(default_factory=list)
 
     def follow(self, verdicts: dict[tuple[str, str], Verdict]) -> Outcome | None:
-        """Return the outcome if the known verdicts suffice; None if the next scenario must be judged first."""
+        """Return the outcome of the candidate, if the known verdicts determine it; otherwise None.
+
+        After None, `next` is the first scenario without a known verdict.
+        """
         while len(self.names) < len(self.scenarios):
             scenario = self.scenarios[len(self.names)]
             verdict = verdicts.get((self.key, scenario.name))
@@ -71,7 +77,7 @@ class _Chain:
 
 @dataclass(slots=True)
 class _Row:
-    """Candidates whose outcomes are being determined."""
+    """The progress of one call of `Runs.outcomes`: outcomes found, runs in flight, and waiting chains."""
 
     done: dict[int, Outcome] = field(default_factory=dict)  # by number
     flying: dict[Future[Verdict], _Chain] = field(default_factory=dict)
@@ -97,8 +103,9 @@ class Runs:
         """Yield the outcomes of grid points in the order of `places`, whatever the order of computation.
 
         Args:
-            order: a function that returns the scenarios of the nth candidate.
-            known: a function of n: how many outcomes must be yielded before `order(n)` can be called.
+            order: a function that returns the scenarios of the nth candidate, in the order of judging.
+            known: a function that returns the number of outcomes that must have been yielded before `order` can
+                be called for the nth candidate.
         """
         row = _Row()
         begun = yielded = 0
@@ -169,9 +176,9 @@ class Runs:
         self.verdicts[chain.asks] = verdict
 
     def _land(self, row: _Row, normal: bool) -> None:
-        """Cancel the runs that have not begun, and record the finished ones.
+        """Cancel the runs that have not begun, and record the verdicts of the finished ones.
 
-        If nothing has failed (`normal`), first wait for the runs in progress.
+        If no error has occurred (`normal`), wait for the runs in progress before recording.
         """
         left = {future: chain for future, chain in row.flying.items() if not future.cancel()}
         if normal:

@@ -2,9 +2,11 @@
 
 A move holds if it loses no steps under any scenario; the search ends with the first move that holds.  No
 conclusion is drawn from one move about another; the first move that holds is therefore the fastest,
-whatever the shape of the region of moves that hold.  The scenarios of the nth candidate are ordered by
-the failures among the first n/2 candidates, so the result depends neither on how many runs are in flight
-nor on which of them finishes first.
+whatever the shape of the region of moves that hold.
+
+The scenarios of the nth candidate are judged in the order of how many of the first n/2 candidates they
+have ruled out.  Later candidates do not count, because several candidates are judged at a time: so the
+order, and with it the result, depends neither on how many runs are in flight nor on which ends first.
 """
 
 from __future__ import annotations
@@ -40,7 +42,11 @@ OnProgress = Callable[[Progress], object]
 
 @dataclass(frozen=True, slots=True)
 class Picked:
-    """The fastest move that holds; the recommended move, and whether a switching chopper was tried with it."""
+    """The two moves that a search picks: the fastest move that holds, and the recommended move.
+
+    Each is None if there is none.  `switched` is True if the recommended move was judged with a switching
+    chopper as well.
+    """
 
     best: Outcome | None
     recommended: Outcome | None
@@ -95,7 +101,12 @@ class BestFirst:
 
     # ----------------------------------------------------------------------------------------------- order of scenarios
     def _order(self, number: int) -> Sequence[Scenario]:
-        """Return the scenarios for the nth candidate, ordered by how many of the first n/2 candidates failed them."""
+        """Return the scenarios for the nth candidate, the most frequent causes of failure first.
+
+        The frequencies are those among the first n/2 candidates, so that they do not depend on how many
+        candidates are judged at a time.  If every candidate is judged (`whole`), the nominal scenarios come
+        first.
+        """
         while self._counted < number // 2:
             killer = self._killers[self._counted]
             if killer is not None:

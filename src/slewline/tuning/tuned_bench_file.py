@@ -48,7 +48,11 @@ def bench_file(tuned: Tuned, calculator: Calculator) -> str:
 
 
 def _given(value: Any) -> Any:
-    """Return the bench entry for a motor, driver or load: the text or table given, or the non-default figures."""
+    """Return the bench entry for a motor, driver or load.
+
+    A text or a table is returned unchanged.  For an object, the entry is a table of the figures that differ
+    from their defaults.
+    """
     if is_dataclass(value) and not isinstance(value, type):
         usual = {each.name: each.default for each in fields(value)}
         return {name: of for name, of in asdict(value).items() if of != usual[name] and name not in ("name", "source")}

@@ -52,9 +52,9 @@ def read_toml(path: str | PathLike[str], text: str) -> dict[str, Any]:
 
 
 def _masked(found: re.Match[str]) -> str:
-    """Return the mask of a string or comment in a TOML text: underscores for a string, blanks for a comment.
+    """Replace a string in a TOML text by underscores, or a comment by blanks; keep its line breaks.
 
-    A masked string looks like one name in a key.  Line breaks are kept, so line numbers do not change.
+    A masked string can then be read like a bare key, and line numbers do not change.
     """
     return re.sub(r"[^\n]", " " if found[0][0] == "#" else "_", found[0])
 

@@ -164,7 +164,7 @@ class Pictures:
         begins: Mapping[str, int],
         measured: Sequence[Track],
     ) -> tuple[int, int]:
-        """Return the window (ps, on the picture's scale): that of the motion, unless `start` or `stop` is given.
+        """Return the window of the picture (ps after its time 0); by default the motion, with a margin at either end.
 
         If only `start` is given, and is after the motion, the window ends at the end of the run; if only `stop`
         is given, and is before the motion, the window begins at the start of the run.
@@ -204,9 +204,9 @@ class Pictures:
         return (min(begin for begin, _ in spans), max(end for _, end in spans)) if spans else None
 
     def _loaded(self, axes: AxisNames, before: int) -> int:
-        """Return the instant (ps), up to the instant `before` (ps), at which a position register was last loaded.
+        """Return the instant (ps) of the last load of a position register at or before the instant `before` (ps).
 
-        The result is never earlier than the start of the kept past.  Earlier values are not shown.
+        Positions before that instant are not shown.  If the past that is kept begins later, its start is returned.
         """
         motors = [axis.motor for axis in self._axes(axes)]
         loads = [since for motor in motors for since, _ in motor.offsets if since <= before]
@@ -252,7 +252,10 @@ class Pictures:
         return f"axis {number}" if len(self.circuit.chips) == 1 else f"{chip.name} axis {number}"
 
     def _tracks(self, options: Picture, run: str, zero: int, start: int, stop: int) -> list[Track]:
-        """Return tracks of the requested axes (by default all that move; if none, the first axis), then of parts."""
+        """Return the tracks of the axes, then those of the parts.
+
+        By default, every axis that moves has a track; if none moves, the first axis has one.
+        """
         first, last = max(start + zero, 0), min(stop + zero, self.kernel.now)
         chosen = self._axes(options["axes"])
         around = self._parts(options["parts"], chosen)

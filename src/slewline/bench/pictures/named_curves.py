@@ -23,7 +23,7 @@ Chosen = tuple[Part, tuple[Quantity, ...]]  # a part, and its quantities shown
 
 
 def chosen(parts: Mapping[str, Part], wanted: Sequence[str] | str | None, chips: Sequence[Chip]) -> list[Chosen]:
-    """Return the parts of which quantities are shown, each with these quantities.
+    """Return the selected parts, each with its selected quantities.
 
     Args:
         wanted: names of parts, or of single quantities, "m.position"; None: all parts that have quantities and are

@@ -29,7 +29,7 @@ STAYS = 1_000_000  # ps: longest time that a word remains on the bus after its s
 class Window:
     """The recorded signals from `start` to `stop` (ps).
 
-    If `reach` is true, recording may have begun after `start`.
+    If `reach` is true, a signal whose recording began after `start` is accepted; it begins there.
     """
 
     def __init__(self, signals: Signals, start: int, stop: int, *, reach: bool = False) -> None:

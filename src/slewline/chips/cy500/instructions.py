@@ -46,7 +46,7 @@ class Registers(sloped.Registers):
 
 
 class SlopedMoves(Moves, Protocol):
-    """The mover of the motor; its motions may have slopes."""
+    """The object that moves the motor of a part whose motions may have slopes."""
 
     law: Law
 

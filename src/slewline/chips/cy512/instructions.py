@@ -34,7 +34,7 @@ class Instructions(sloped.Instructions, instructions.Instructions):
         self.outputs.show(sloped.half_steps(self.chip.options.inferred)[row])
 
     def odd(self) -> Iterable[tuple[bool, str, str]]:
-        """Yield the checks of a motion: True if the problem is present, then the code and text of its finding."""
+        """Yield a tuple for each possible problem of a motion: whether it is present, its code, and its text."""
         rate, factor = (self.registers.values[name] for name in ("rate", "factor"))
         yield rate == 0, "range", "R 0 is outside 1 to 255: its rate is a little below that of R 1"
         yield factor == 0, "range", "F 0 is outside 1 to 255: it divides by 256"

@@ -9,11 +9,12 @@ r"""The law of motion of the CY525: parameters in, a plan out.  Pure functions, 
                 | up  |     slew     | down|crawl|
       steps       ramp   >= 256 or 0   ramp  rest          (s.8)
 
-The rate parameter, not the rate, grows linearly; Table VII turns it into steps per second.  Where a step takes longer
-than a unit, units fall due faster than they are taken, and each step is one unit faster than its predecessor; a late
-unit does not delay the units after it.  The ramp down is the mirror of the ramp up.  If fewer than 256 steps would be
-left for slewing, there is no slewing: the motor decelerates immediately and makes the remaining steps
-at F (s.8, special case).  If the travel is too short to reach R, each ramp takes half of it.
+The rate parameter, not the rate, grows linearly; Table VII turns it into steps per second.  Where a
+step takes longer than a unit, units are late: one unit is taken at the start of each step, so each step
+is one unit faster than its predecessor.  A late unit does not change the times at which later units are
+due.  The ramp down is the mirror of the ramp up.  If fewer than 256 steps would be left for slewing,
+there is no slewing: the motor decelerates immediately and makes the remaining steps at F (s.8, special
+case).  If the travel is too short to reach R, each ramp takes half of it.
 """
 
 from __future__ import annotations
@@ -52,7 +53,7 @@ def ramp(low: int, high: int, slope: int, divisor: int, law: Law = LAW) -> Runs:
 
 
 def plan(*parts: tuple[str, Runs]) -> Plan:
-    """Return a plan of named parts; the plan allows no step faster than a step at the highest rate."""
+    """Return the plan that consists of the given legs; no step may be faster than one at the highest rate."""
     return core_plan(*parts, shortest=sheet.STEP_TICKS[sheet.RATE_TOP])
 
 

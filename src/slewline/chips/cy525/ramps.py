@@ -105,7 +105,10 @@ class Cy525Ramps(Calculator):
 
 @lru_cache(maxsize=4)
 def every_unit(slopes: range, divisors: range, law: profile.Law) -> list[tuple[int, tuple[int, int]]]:
-    """Return each possible duration of a rate unit (clocks, ascending) with the S, Z pair that has the least Z."""
+    """Return every possible duration of a rate unit, ascending (clocks), each with one pair of S and Z.
+
+    Of all pairs that give a duration, it is the pair with the lowest Z.
+    """
     units: dict[int, tuple[int, int]] = {}
     for divisor in divisors:
         for slope in slopes:
@@ -116,10 +119,10 @@ def every_unit(slopes: range, divisors: range, law: profile.Law) -> list[tuple[i
 class Bounds:
     """Bounds of the searched quantity of a ramp, so that most ramps need not be calculated.
 
-    No unit is taken before it is due, and the steps before it, at most one per unit, delay it by no more than
-    their own durations: with u clocks per unit, unit k is due at k * u and taken no later than
-    k * u + (the intervals of the k rates before it).  The time of the ramp follows from its last unit; its number of
-    steps, the sum of (time at a rate) / (interval of that rate), follows from all units.
+    A unit is an increase of the rate parameter by one.  With u clocks per unit, unit k is due at k * u.  It is
+    taken at the start of a step: not before k * u, and not after k * u + (the sum of one step interval at each
+    of the k rates before it).  The bounds of the ramp's time follow from its last unit.  The number of steps is
+    the sum, over the rates, of (time at the rate) / (step interval at the rate); its bounds follow from all units.
     """
 
     def __init__(self, search: Search) -> None:

@@ -92,7 +92,7 @@ class Interpreter:
         return self.decoder.at_letter
 
     def kept(self, data: bytes, at: int) -> int:
-        """Return the number of bytes of `data`, from index `at` on, that are merely stored as part of a command.
+        """Return how many bytes of `data`, from index `at` on, the chip would only store as part of a command.
 
         Return -1 if the bytes must arrive singly, not combined into one value (handshake.py).
         """

@@ -1,10 +1,10 @@
 """The law of motion of the CY545: parameters in, a plan out.  Pure functions, whole clocks.
 
     rate parameter
-      R ..............._______________           one rate of the table every 256 * (256 - S) machine cycles, counted
-                     _|               |_         from the first step, sampled as a step begins: 3906 D / (256 - S)
-                   _|                   |_       steps/s2 at 12 MHz (2002 p.77), D being the difference between
-      F ..........|                       |      adjacent rates
+      R ..............._______________           the next rate of the table is due every 256 * (256 - S) machine
+                     _|               |_         cycles, counted from the first step; it takes effect as a step begins
+                   _|                   |_       (an acceleration of 3906 D / (256 - S) steps/s2 at 12 MHz, 2002 p.77,
+      F ..........|                       |      if adjacent rates differ by D)
                   | up  |     slew     | down    a step of the ramp down is as long as its mirror image in the ramp up
 
 Where a step lasts longer than the time per rate, the ramp advances by several rates per step; if `jumps`

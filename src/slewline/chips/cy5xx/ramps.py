@@ -127,7 +127,7 @@ class SlopeRamps(Calculator):
         return nearest_rate(where, text, lambda each: Fraction(crystal_hz, self.law.period(each)), arg.low, arg.high)
 
     def candidates(self, search: Search) -> Iterator[Candidate]:
-        """Yield a candidate for every S (few, and cheap to compute) or, if S is fixed, one empty candidate."""
+        """Yield one candidate for each S or, if S is fixed, a single candidate without values."""
         for slope in self.slopes if "S" in search.free else (None,):
             yield Candidate({} if slope is None else {"S": slope})
 

@@ -8,9 +8,10 @@ from dataclasses import MISSING, dataclass, field, fields
 
 @dataclass
 class Registers:
-    """Parameters (under the manual's names), flags and pointers; parts add flags and events that clear flags.
+    """The parameters (under the manual's names), flags and pointers.
 
-    `defaults` are the parameters after power-up.  `values` lacks the position, because the axis counts it.
+    A part adds its own flags, which further events may clear.  `defaults` are the parameters after power-up.
+    `values` does not contain the position, because the axis counts it.
     """
 
     defaults: Mapping[str, int]

@@ -17,7 +17,10 @@ from ...core.wires.net import Driver, Net
 
 
 class PowerUp(NamedTuple):
-    """The durations of RESET after power-up (ps, whatever the crystal): the minimum, and that set by the capacitor."""
+    """Two durations of RESET after power-up (ps): the shortest that is detected, and that set by the capacitor.
+
+    Neither depends on the crystal.
+    """
 
     least_ps: int
     charged_ps: int

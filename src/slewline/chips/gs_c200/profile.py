@@ -125,5 +125,5 @@ def stopped(of: Plan, step: int) -> Plan:
 
 
 def within(of: Plan, room: int) -> Plan:
-    """Return the first `room` steps of a plan: those before the end of the counter."""
+    """Return a plan cut off after `room` steps, where the range of the position counter ends."""
     return of if of.steps <= room else plan(*((leg.name, head(leg.runs, room - leg.first)) for leg in of.legs))

@@ -1,7 +1,7 @@
 """The GS-C modules' parameters for the ramp calculator: S, T, R and the ramp law.
 
-Here, acceleration is the amount that a step adds to half the square of the rate; the ramp law `constant
-acceleration` keeps this amount constant.
+The acceleration in a step is the amount by which v²/2 increases in that step, where v is the rate.  With
+the ramp law `constant acceleration` it is the same in every step.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ class GscRamp(Ramp):
 
     @property
     def distances(self) -> tuple[int, int, str]:
-        """The minimum and maximum numbers of steps of a move, and an empty text, because no command sets limits."""
+        """The minimum and maximum numbers of steps of a move, and "", because no parameter sets the limits."""
         return 1, len(POSITIONS[self.part]) - 1, ""
 
     def made(self, distance: int) -> GscMove:
@@ -94,7 +94,7 @@ class GscMove(Move):
 
     @cached_property
     def train(self) -> StepTrain:
-        """The step train of the move, computed on demand, because `reached` does not need it."""
+        """The step train of the move, computed when it is first needed."""
         return StepTrain(CLOCK, 0, self.runs)
 
     @cached_property

@@ -39,7 +39,7 @@ class Activity:
         self.refresh()
 
     def worked(self) -> None:
-        """Record that a cycle has been processed, together with all values written before this cycle."""
+        """Record that a cycle has been processed, and whether an update still waits for a later cycle."""
         self.unprocessed = any(state.update is not None for state in self.registers.states)
         self.refresh()
 

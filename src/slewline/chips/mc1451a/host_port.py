@@ -85,7 +85,10 @@ class Port:
         return self.supply.powered and self.slct.is_active
 
     def _strobe(self, name: str, other: str, net: Net) -> bool:
-        """Return whether the strobe `name`, which begins now, is valid; `net` carries the other strobe, `other`."""
+        """Return whether the strobe `name`, which begins now, is valid; report violations as findings.
+
+        The strobe is invalid if the other strobe is low.  `other` is the name of that strobe, `net` its net.
+        """
         now = self.kernel.now
         if net.is_active:
             self.chip.finding("strobes", f"{name} and {other} are low together: no transfer")

@@ -184,10 +184,12 @@ VERSION = Arg("version", 2, 0, 0xFFFF)
 class RegisterRow(PacketRow):
     """A command, with its effect on a register; a command that does more has a method in instructions.py.
 
-    `sets` is a register and the fixed value that the command writes to it; `loads` is the register that
-    stores the host's number, in `bits` bits (negative: signed); `shows` is the register that the command
-    reads.  They are registers of the current axis (of its buffer if the command is buffered), or of the
-    chipset if `acts` is not "current".
+    `sets` is a register and the fixed value that the command writes to it.  `loads` is the register that
+    stores the host's number, in `bits` bits (negative: signed).  `shows` is the register that the command
+    reads.
+
+    If `acts` is "current", these are registers of the current axis, or of its buffer if the command is
+    buffered.  Otherwise they are registers of the chipset.
     """
 
     sets: tuple[str, object] | None = None

@@ -27,7 +27,11 @@ class Supplied(NamedTuple):
 
 
 class Supply:
-    """The supply and RESET.  `starts` counts resets; work scheduled under an earlier count is dropped."""
+    """The supply and RESET.
+
+    `starts` counts the resets.  Work that was scheduled before a reset is dropped, because the count has
+    changed.
+    """
 
     def __init__(
         self, chip: ChipContext, cycles: CycleClock, supplied: Supplied, ready_ticks: int, power_up_reset_ps: int

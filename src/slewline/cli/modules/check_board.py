@@ -56,7 +56,7 @@ def dialogue_for(part: str, *, replace: bool, move: bool) -> list[str]:
 
 
 def exchanges_with(speech: Speech, lines: list[str]) -> list[RecordedExchange]:
-    """Return lines as recorded exchanges, with times that leave a pause after each line."""
+    """Return recorded exchanges that send the given lines one after another, with pauses, and have no answers."""
     found: list[RecordedExchange] = []
     at_us = 0
     for number, line in enumerate(lines, start=1):

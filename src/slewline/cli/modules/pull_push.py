@@ -66,7 +66,7 @@ def free(beside: str, ending: str) -> Path:
 
 @contextmanager
 def raw_record(beside: str) -> Iterator[RawRecord]:
-    """Yield a record of raw characters, in a new file in the same folder; on an error, report its path."""
+    """Yield a record of raw characters, in a new file in the same folder; on an error, report the file's path."""
     raw = RawRecord(free(beside, RAW), remark)
     try:
         yield raw

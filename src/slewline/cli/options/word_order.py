@@ -156,7 +156,13 @@ def fits(kind: str, takes: Sequence[str] | None) -> bool:
 
 
 def fitting(words: Sequence[tuple[str, str]], takes: Sequence[str] | None) -> tuple[str, str] | None:
-    """Return the first (word, kind) whose kind an argument takes, else the first of unknown kind, else None."""
+    """Return the word that suits an argument best, with its kind; None if no word suits it.
+
+    Args:
+        words: the words, each with its kind.
+        takes: the kinds that the argument takes, most suitable first; None if it takes any word.  If no word
+            is of these kinds, the first word of unknown kind is returned.
+    """
     if takes is None:
         return words[0] if words else None
     known = [each for kind in takes for each in words if each[1] == kind]

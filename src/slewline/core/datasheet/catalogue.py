@@ -137,7 +137,7 @@ class Catalogue(Generic[T]):
 
     # --------------------------------------------------------------------------------------------------- any module
     def _imported(self, place: str, places: str) -> type[T]:
-        """Return the class that `place`, a module:Class, denotes; error messages begin with the text `places`."""
+        """Import and return the class that `place` names as module:Class; error messages begin with `places`."""
         module, _, attribute = place.partition(":")
         if "<locals>" in attribute:
             raise UsageError(

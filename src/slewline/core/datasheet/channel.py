@@ -20,11 +20,14 @@ T = TypeVar("T")
 class Channel:
     """A channel over which a host reaches a part.
 
-    `name` selects the channel in `bench.host(x, over=name)`; `description` names it in messages.
+    Some pins exist on every part with this class of channel; they are found by their roles.  A pin that only
+    some of these parts have is named by an attribute of the channel.
 
-    A pin that all parts with this class of channel have is found by its role; a pin that only some of them
-    have is named by an attribute of the channel.  A script directive for another kind of channel is refused;
-    in the message, the text `instead`, such as "has a bus", follows the name of the part.
+    Attributes:
+        name: the name that selects the channel in `bench.host(x, over=name)`.
+        description: the name of the channel in messages.
+        instead: a phrase, such as "has a bus", for the message about a script directive that belongs to
+            another kind of channel; it follows the name of the part.
     """
 
     name: ClassVar[str]

@@ -119,11 +119,11 @@ class Option:
 
     Attributes:
         name: the name.
-        kind: the kind of value: "bool", "int", "float", "time" (ps), "frequency" (Hz), "ints", "text",
-            "bytes"; a "choice": one of `choices`, or its text; a "table" with the rows in `table`; a
-            "number", which is exact: whole, or a decimal as text; a "quantity", which becomes a float: a
-            number in `unit`, or text such as "68 g cm2"; an "object", which only Python can pass (a
-            function, a store), or one of `choices`.
+        kind: the kind of value.  Simple kinds are "bool", "int", "float", "time" (ps), "frequency" (Hz),
+            "ints", "text" and "bytes".  A "choice" is one of `choices`, or its text.  A "table" has the rows
+            in `table`.  A "number" is exact: a whole number, or a decimal as text.  A "quantity" is a number
+            in `unit`, or text such as "68 g cm2", and becomes a float.  An "object" is one of `choices`, or
+            an object that only Python can pass, such as a function or a store.
         default: the value used if none is given; ... (Ellipsis) if the option is required.
         description: text that describes the effect of the option.
         low: the minimum: of a number, a time in ps, a frequency in Hz, or each of "ints"; None for no limit.
@@ -226,7 +226,10 @@ class Option:
         return int(value) if _whole(value) else value
 
     def _wrong(self, value: Any) -> str | None:
-        """Return why a value is not allowed, or "" if the allowed values explain it; None if it is allowed."""
+        """Return the reason why a value is refused; None if the value is allowed.
+
+        The reason is "" if a message only needs to list the allowed values.
+        """
         if self.kind == "ints" and isinstance(value, (list, tuple)) and len(repr(value)) > SHOWN:
             odd = next((k for k, each in enumerate(value) if not _whole(each) or not self._within(each)), None)
             if odd is not None:
@@ -347,7 +350,10 @@ def read(rows: Iterable[Option], pairs: Iterable[tuple[str, str]]) -> dict[str, 
 
 
 def defaulted(rows: Iterable[Option], given: Mapping[str, Any]) -> tuple[Option, ...]:
-    """Return the rows with the given values, unchecked, as defaults; those of a table go to the rows in it."""
+    """Return the rows with the given values as their defaults, without checking these values.
+
+    The value given for a table is a mapping, which sets the defaults of the rows in that table.
+    """
     found = []
     for row in rows:
         if row.name in given and row.table:

@@ -52,8 +52,8 @@ def packages(pins: Iterable[Pin]) -> list[Package]:
 def _by_package(pins: Sequence[Pin]) -> dict[str, list[Pin]]:
     """Return the pins of each package, keyed by its name; the only package of a part has the name "".
 
-    In a chipset, `where` of a pin may name its package.  If not, each pin without a signal has a name
-    that begins with the package name, and the last pin of each package is such a pin.
+    In a chipset, `where` of a pin may state its package.  If it does not, the package is found from the next
+    pin without a signal, such as a supply pin, whose name begins with the package name.
     """
     numbers = [pin.number for pin in pins if pin.number]
     if len({*numbers}) == len(numbers):

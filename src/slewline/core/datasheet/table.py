@@ -355,7 +355,8 @@ class Limit:
     (an output starts driving it) and "vanishes" (the output stops).  The time is measured from the last
     `start` to the first `end` after it: with two strobes while a chip is selected, the first strobe ends a
     set-up time and the second begins a hold time.  If a start and an end occur at the same instant, the time
-    is 0; but if only a typical time is given, this end is taken to come before the start.
+    is 0.  But if the limit has only a typical time, an end at the instant of a start belongs to the previous
+    start.
 
     Attributes:
         start: the edge at which the time begins, such as "io_request falls".

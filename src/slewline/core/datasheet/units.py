@@ -109,7 +109,10 @@ def _plain(unit: str) -> str:
 
 
 def other_kind(value: object, unit: str) -> str:
-    """Return a note on a text's wrong or missing unit: "mH is a unit of inductance; "; "" if no note applies."""
+    """Return a note on the wrong or missing unit of a text; an empty string if no note applies.
+
+    The note begins a message, so it ends with a semicolon and a space: "mH is a unit of inductance; ".
+    """
     found = _NUMBER_AND_UNIT.fullmatch(value.strip()) if isinstance(value, str) else None
     if found is None:
         return ""

@@ -88,9 +88,9 @@ def misfit(function: Callable[..., object], *args: object, **kwargs: object) -> 
 
 
 def level_of_caller(libraries: Collection[str] = ("slewline",)) -> int:
-    """Return the `stacklevel` for a warning that the caller issues, so that it refers to the user's code.
+    """Return the `stacklevel` with which a warning from the calling function refers to the user's code.
 
-    It is the number of frames from the caller up to the user's code.
+    This is the number of frames from the calling function up to the user's code.
 
     Args:
         libraries: packages that are not user code.

@@ -45,7 +45,7 @@ def bare(name: str) -> str:
 def slips_between(one: str, other: str) -> float | None:
     """Return the number of slips from one name to another; None if there are too many for names of this length.
 
-    Names that differ only in letters typed more than once are half a slip apart.
+    Names that differ only in doubled letters, such as "halt" and "hallt", are half a slip apart.
     """
     if one == other:
         return 0

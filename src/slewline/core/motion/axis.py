@@ -116,12 +116,18 @@ missing(
 
 @dataclass(slots=True)
 class Segment:
-    """A stretch of travel from the instant `start` (ps); it follows the train `playing`, which is None at rest.
+    """A stretch of travel, during which the axis follows one train or is at rest.
 
-    `travel` is the net number of steps of the axis at `start`; each step of the train adds `sign` to it.
-    `count` is `travel` without the steps that the position register did not count; each step adds `counts`.
-    If the train plays a plan, `plan` is that plan, and the train starts with step number `step` of it.
-    `halted` is the instant (ps) at which the motion was cut off, even within a step; None if it was not.
+    Attributes:
+        start: the instant at which the stretch begins, ps.
+        travel: the net number of steps of the axis at `start`.
+        count: the net number of those steps that the position register has counted.
+        sign: the change of `travel` with each step of the train: 1 or -1.
+        counts: the change of `count` with each step of the train; 0 if the register does not count them.
+        playing: the train; None at rest.
+        plan: the plan that the train plays; None if it plays none.
+        step: the step of the plan, counted from 0, with which the train starts.
+        halted: the instant at which the motion was cut off, even within a step, ps; None if it was not.
     """
 
     start: int
@@ -152,10 +158,10 @@ _start = attrgetter("start")
 
 @formerly(where="stands")
 class Axis:
-    """The position of one motor, exact at every instant: now, in the past, and, if promised, in the future.
+    """The position of one motor, exact at every instant: past, present and, if its train is promised, future.
 
     `travel` counts steps without wrap-around; `position` is the register, which wraps within `positions`.
-    A motion may leave the register unchanged.
+    There are motions, such as homing, whose steps the register does not count.
 
     Args:
         kernel: the kernel, which has the virtual time.
@@ -258,9 +264,9 @@ class Axis:
             self.past[-1].halted = self.kernel.now
 
     def arrives(self, position: int) -> int | None:
-        """Return the instant (ps) at which the position register is promised to reach a value.
+        """Return the instant (ps) at which the present train will bring the position register to a value.
 
-        It is None if the present train does not reach the value, or reaches it only after the promise ends.
+        It is None if the train does not reach this value, or reaches it only after the train's promise ends.
         """
         time, playing = self.would_arrive(position), self.past[-1].playing
         if time is None or playing is None or (playing.until is not None and time >= playing.until):
@@ -283,7 +289,7 @@ class Axis:
 
     @property
     def since(self) -> int:
-        """The instant from which on the past is kept, ps."""
+        """The earliest instant of the past that is still kept, ps."""
         first = self.past[0].start
         return first if self.kept.ps is None else max(first, self.kernel.seen - self.kept.ps)
 
@@ -420,7 +426,7 @@ class Axis:
         return self.low + self.unwrapped_at(times) % self.modulus
 
     def unwrapped_at(self, times: Sequence[int] | NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the register minus its lowest value, without wrap-around, at many past instants (int64 ps).
+        """Return the position without wrap-around, minus the register's minimum, at many past instants (int64 ps).
 
         The result is int64, of the same shape as `times`.
         """
@@ -476,7 +482,8 @@ class Axis:
         """Return the trains that determine the velocity in start <= t <= stop (ps), in chronological order.
 
         The last step of a train lasts until the train ends, the next train moves the axis, or the motion is cut
-        off, whichever comes first.  From a cut on, the same train is listed again, with direction 0.
+        off, whichever comes first.  A train that is cut off is listed twice: up to the cut with its direction,
+        and after the cut with direction 0, because the motor is then at rest.
 
         Returns:
             For each train: its first instant and the instant before which it ends, ps; its direction; the train.

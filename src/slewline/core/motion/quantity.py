@@ -8,9 +8,9 @@
 
 The velocity is that of the step train being played (train.py): in a train of steps, 1/interval of the
 step in progress; in a train of cycles, the displacement in a cycle divided by its duration.  A step
-lasts as long as its train specifies, including a read-out that lengthens it; if the next step has to
-wait longer (STEP INHIBIT, ENABLE, the end of the move), the motor is at rest, and the velocity is 0.
-The velocity is never derived from the time between two steps.
+lasts as long as its train specifies; this includes the extra time if a read-out lengthens the step.  If
+the next step has to wait longer (STEP INHIBIT, ENABLE, the end of the move), the motor is at rest, and
+the velocity is 0.  The velocity is never derived from the time between two steps.
 
 An outline is a quantity reduced for a picture: a few points per column, each of them exact: the first,
 lowest, highest and last point in the column.
@@ -191,10 +191,14 @@ class Position(Quantity):
         return thinned(outline, start, stop, columns)
 
     def _wraps(self, times: NDArray[np.int64], unwrapped: NDArray[np.int64], turns: NDArray[np.int64]) -> list[int]:
-        """Return the first wrap-around (ps), in either direction, in each interval between consecutive `times`.
+        """Return the instant (ps) of the first wrap-around in each interval between consecutive `times`.
 
-        `unwrapped` holds the values of `Axis.unwrapped_at` at `times`; `times` must include all of `turns`.
-        Intervals without a wrap-around, and intervals that end at one of `turns`, are left out.
+        Intervals without a wrap-around are skipped, and so are intervals that end at one of `turns`.
+
+        Args:
+            times: ascending instants, ps, which include all of `turns`.
+            unwrapped: the values of `Axis.unwrapped_at` at `times`.
+            turns: the instants at which a train begins or the register is loaded, ps.
         """
         import numpy as np
 
@@ -211,11 +215,6 @@ class Position(Quantity):
     def _broken(
         self, times: NDArray[np.int64], unwrapped: NDArray[np.int64], steps: NDArray[np.int64], loads: list[int]
     ) -> Outline:
-        """Return the changes of the register at ascending `times`, with breaks where it is loaded or wraps around.
-
-        `unwrapped` are the values of `Axis.unwrapped_at` at `times`.  A wrap-around becomes a break only if its
-        instant is in `steps`; from the preceding instant in `times` until then, the register must be constant.
-        """
         import numpy as np
 
         rounds, values = np.divmod(unwrapped, self.axis.modulus)

@@ -336,7 +336,10 @@ class Playing(Until):
 
     @property
     def moves(self) -> int | None:
-        """The instant (ps) from which the train determines the velocity; None if the train is cut off by then."""
+        """The instant (ps) from which the train determines the velocity.
+
+        It is None if the train is cut off at or before that instant.
+        """
         first = self.train.clock.ps(self.train.origin)
         return first if self.until is None or first < self.until else None
 

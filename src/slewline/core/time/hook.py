@@ -86,7 +86,10 @@ missing(Hook, **dict.fromkeys(("append", "connect", "subscribe", "register", "li
 
 
 class CommandHook(Hook[[str]]):
-    """The hook for a chip's current command; "" (none) is reported once when the command ends or after a reset."""
+    """The hook for a chip's current command, called with its text, or with "" when no command is in progress.
+
+    If "" is reported several times in succession, only the first report reaches the listeners.
+    """
 
     __slots__ = ("text",)
 

@@ -158,6 +158,12 @@ class Kernel:
         """Wake a waiting task at an instant (ps), unless something else has woken it by then."""
         heappush(self.heap, (ps, next(self.order), task, task.token))
 
+    def wake(self, task: Task) -> None:
+        """Wake a waiting task in the next round."""
+        task.token += 1
+        task.value = None
+        self.woken.append(task)
+
     def next_time(self) -> int | None:
         """Return the instant (ps) of the next scheduled event; None if no event is scheduled."""
         heap = self.heap
@@ -166,7 +172,10 @@ class Kernel:
         return heap[0][0] if heap else None
 
     def pass_to(self, ps: int) -> bool:
-        """Advance to a later instant (ps), as a wait would; return True, or False if other work is due by then."""
+        """Advance to a later instant (ps) and return True; return False if other work is due by then.
+
+        If the result is False, the task must wait for the instant in the usual way.
+        """
         heap = self.heap
         if not self.sole or self.pending or self.woken or ps > self.horizon or (heap and heap[0][0] <= ps):
             return False

@@ -20,7 +20,7 @@ MAX_BITS = 8
 
 
 class FrameTable:
-    """The waveforms of all bytes in one character format at one rate, and the bytes read from sampled levels.
+    """The waveforms of all bytes in one character format at one rate, and the byte for each set of samples.
 
     Both are computed when first used, and cached.
     """

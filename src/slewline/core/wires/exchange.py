@@ -198,7 +198,12 @@ class Exchange:
                 net.log_from(now, self.past(net, shown))
 
     def past(self, net: Net, shown: Sequence[Shown]) -> Promise:
-        """Return the waveform of a net over the exchanges of this entry; its drivers' waves are `shown`."""
+        """Return the waveform of a net over all exchanges since the present log entry was started.
+
+        Args:
+            shown: for each driver on the net, a function that returns the driver's wave for a state of an
+                exchange.
+        """
         return PastExchanges(net, shown, self.starts, self.states)
 
     def _enter(self) -> bool:

@@ -15,9 +15,8 @@ A withdrawn exchange continues edge by edge (exchange.py): host and chip then wa
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Sequence
 from enum import Enum
-from types import coroutine
 from typing import Any, Protocol
 
 from ..time.kernel import Task
@@ -26,6 +25,7 @@ from .exchange import End, Exchange, Shown
 from .handshaken_bytes import ByteTimes, HandshakenBytes
 from .net import Driver, Net
 from .past_handshakes import ManyCommands, PastHandshakes
+from .waits import suspended
 from .wave import Promise, Wave
 
 
@@ -57,8 +57,8 @@ class TakingEnd(End, Protocol):
     """The chip's end, which accepts bytes.
 
     Attributes:
-        awaiting: True while the chip waits for I/O REQUEST; `awaited`: the pairs (net, level) that end this
-            wait.
+        awaiting: True while the chip waits for I/O REQUEST.
+        awaited: the pairs (net, level) that end this wait.
         token: the token of the chip's task when it began to wait.
         watched_nets: the nets, other than I/O REQUEST, on whose levels the chip depends.
         instrobe: the output that shows when the bus is read; None if the chip has none.
@@ -97,7 +97,11 @@ class TakingEnd(End, Protocol):
         """
 
     def counted(self, low: bool) -> None:
-        """Record the number of changes of I/O REQUEST up to its last fall; if `low`, it has not risen since."""
+        """Record how often I/O REQUEST has changed, up to and including its fall for the last byte.
+
+        Args:
+            low: True if I/O REQUEST is still low; False if it has risen since that fall.
+        """
 
 
 class Handshakes(Exchange):
@@ -105,13 +109,13 @@ class Handshakes(Exchange):
 
     Args:
         host, chip: the ends.
-        kind: the class that draws many commands of the host.
+        kind: the class that computes the edges of many commands of the host together.
 
     Attributes:
         over: True if the last byte has been accepted; the chip may still need time to act on it.
-        through: the number of bytes that the host had completed when its wait ended; `gone`: the number of
-            bytes that it had completed at a withdrawal.
-        low: True if, at a withdrawal, I/O REQUEST was already low for the next byte.
+        through: the number of bytes that the host had completed when its wait ended.
+        gone: the number of bytes that the host had completed when the exchange was withdrawn.
+        low: True if, at that withdrawal, I/O REQUEST was already low for the next byte.
     """
 
     def __init__(self, host: SendingEnd, chip: TakingEnd, kind: type[ManyCommands] = ManyCommands) -> None:
@@ -155,7 +159,8 @@ class Handshakes(Exchange):
     async def end(self) -> None:
         """Wait, in the host's task, until the handshake of the last byte ends.
 
-        It ends when READY falls for the last byte if the host then releases the bus, else when READY is high again.
+        If the host releases the bus after the last byte, the handshake ends when READY falls for this byte;
+        otherwise, it ends when READY is high again.
         """
         self.sender, self.woken = self.kernel.current(), False
         try:
@@ -179,9 +184,8 @@ class Handshakes(Exchange):
 
     def _wake_sender(self) -> None:
         if (sender := self.sender) is not None:
-            sender.token += 1
-            sender.value, self.woken = None, True
-            self.kernel.woken.append(sender)
+            self.woken = True
+            self.kernel.wake(sender)
 
     def past(self, net: Net, shown: Sequence[Shown]) -> Promise:
         return PastHandshakes(net, shown, self.starts, self.states, self.kind)
@@ -238,7 +242,7 @@ class Handshakes(Exchange):
                 net.register(sender, wanted)
 
     def _left(self, seen: int) -> None:
-        """After a withdrawal, promise the edges due at this instant, and the end of a strobe that has begun."""
+        """After a withdrawal, promise the chip's edges due now, and the end of an INSTROBE pulse in progress."""
         coming, now = self.state, self.kernel.now
         for line in self.answering:
             wave, driver = line.wave, line.driver
@@ -282,13 +286,5 @@ class Handshakes(Exchange):
         if at > now:
             kernel.wake_at(at, task)
         else:
-            task.token += 1
-            task.value = None
-            kernel.woken.append(task)
+            kernel.wake(task)
         return False
-
-
-@coroutine
-def suspended() -> Generator[None, None, None]:
-    """Wait until another task wakes this one."""
-    yield

@@ -35,9 +35,10 @@ class HandshakenBytes:
     """Consecutive bytes, each with its handshake; the bytes are numbered from 0.
 
     Attributes:
-        start: the instant of the first request (ps); `tick`: the clock tick at which the chip detects it.
-        before: the host's level on the bus before the first byte; `released`: true if the host releases the
-            bus when the last byte is accepted.
+        start: the instant of the first request, ps.
+        tick: the clock tick at which the chip detects the first request.
+        before: the host's level on the bus before the first byte.
+        released: True if the host releases the bus when the last byte is accepted.
         opened: the instant (ps) at which READY returns high after the last byte; None if not known yet.
     """
 

@@ -376,7 +376,10 @@ class Net:
             self.exchange.withdraw()
 
     def sort_drivers(self) -> None:
-        """Update the active drivers, the promise in force, and the sole driver if its commit can take a short path."""
+        """Update the fields that depend on the drivers: `active`, `promise`, `contention` and `plain`.
+
+        `plain` is the only driver of the net, if its levels can be committed by a shorter path; otherwise None.
+        """
         if len(self.drivers) == 1 and not self.joined:  # most nets; every commit of a promise runs this line
             driver = self.drivers[0]
             self.active, self.promise, self.contention = [driver], driver.promise, False

@@ -4,8 +4,9 @@ r"""Past handshakes: the edges of all commands in a window are computed together
     requests    | | |  |    | | | | |  |    | |          one array of clock ticks
     a wire      the same ticks, a few later              one array of instants
 
-A saved dialogue has thousands of commands, and a chip takes the same time for every byte that it only stores; so the
-edges of a wire are a few operations on arrays: the edges that the commands have one by one (handshaken_bytes.py).
+A saved dialogue has thousands of commands, and a chip takes the same time for every byte that it only
+stores; so a few operations on arrays give all the edges of a wire.  They are the same edges that
+handshaken_bytes.py computes for each command separately.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ Drawn: TypeAlias = Callable[[Sequence[HandshakenBytes]], "ManyCommands"]  # a cl
 
 
 class ManyCommands:
-    """The bytes of consecutive commands; each method returns the edges of the waves that each command has.
+    """The bytes of consecutive commands; each method returns the edges of one wire during all the commands.
 
     Args:
         commands: the commands, at least one, in their order, all from one host to one chip.
@@ -103,7 +104,7 @@ def _alternating(first: NDArray[np.int64], second: NDArray[np.int64], level: int
 
 @lru_cache(maxsize=4)
 def drawn(kind: Drawn, commands: tuple[HandshakenBytes, ...]) -> ManyCommands:
-    """Return the commands of a window, which its wires share while they are saved one after another."""
+    """Return `kind(commands)`, cached, because several wires of a window need the same commands in succession."""
     return kind(commands)
 
 
@@ -111,7 +112,8 @@ class PastHandshakes(PastExchanges):
     """The waveform of a net over consecutive commands, each of which ends before the next begins.
 
     Args:
-        kind: the class that draws many commands; the other arguments are as for `PastExchanges`.
+        kind: the class that computes the edges of many commands together; for the other arguments, see
+            `PastExchanges`.
     """
 
     __slots__ = ("kind",)

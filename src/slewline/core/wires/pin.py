@@ -48,7 +48,7 @@ class Condition:
 
     @property
     def foreseen(self) -> Callable[[], int | None] | None:
-        """The method `when` if promises determine it; None if the condition must be checked after every instant."""
+        """The method `when`, if the condition follows from promises; None if it must be checked at every instant."""
         return self.when if type(self).when is not Condition.when else None
 
     def belongs(self, kernel: Kernel) -> bool:

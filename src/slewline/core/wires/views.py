@@ -29,7 +29,10 @@ TRIES = 16  # input changes without effect; after as many, `after` returns the i
 
 
 class View:
-    """A promise derived from others; `until` is the earliest of the bounds of those promises and its own bound."""
+    """A promise derived from others.
+
+    The view holds until the earliest of the bounds of its inputs and its own bound; see `until`.
+    """
 
     __slots__ = ("_bound",)
     floats = False
@@ -319,7 +322,10 @@ class Delayed(View):
         return any(floats(what) for _, what in self.pieces)
 
     def holds(self) -> int | None:
-        """Return the input's bound plus the delay (ps); the output is known until then; None if the input has none."""
+        """Return the instant (ps) before which the output is known; None if it is known forever.
+
+        This is the instant before which the input holds, plus the delay.
+        """
         last = self.pieces[-1][1]
         return last.until + self.lag_ps if promised(last) and last.until is not None else None
 

@@ -32,8 +32,9 @@ def wait_for_first(
 ) -> tuple[bool, Net | None]:
     """Register the running task for an instant (ps) and for levels of nets, each 0, 1 or None for any change.
 
-    If one of the levels has already been reached, return True and its net; if the instant has, return True
-    and None.  In both cases the task is not registered.  Otherwise, return False and None.
+    If one of the levels has already been reached, return True and its net.  If the instant has already been
+    reached, return True and None.  In both cases the task is not registered.  Otherwise, return False and
+    None.
     """
     for net, value in wanted:
         if value is not None and net.level == value:

@@ -24,6 +24,12 @@ def until(kernel: Kernel, ps: int) -> Generator[None, Any, None]:
 
 
 @coroutine
+def suspended() -> Generator[None, None, None]:
+    """Wait until `Kernel.wake` wakes the task."""
+    yield
+
+
+@coroutine
 def next_round(kernel: Kernel) -> Generator[None, Any, None]:
     """Wait for the next round of this instant, which begins when all work of the present round has been done."""
     if not kernel.pass_round():

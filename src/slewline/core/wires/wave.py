@@ -31,7 +31,7 @@ def alike(one: Any, two: Any) -> bool:
 
 
 class Promise(Protocol):
-    """A waveform known in advance; from the instant `until` on, it keeps its level of the moment before."""
+    """A waveform known in advance; from the instant `until` on, it keeps the level just before `until`."""
 
     @property
     def until(self) -> int | None:

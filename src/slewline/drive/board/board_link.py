@@ -45,17 +45,19 @@ HOST_ROOM = 127
 class Link(Outbox):
     """Frames to and from one board.
 
-    `answer` is the last answer, with its tick unwrapped; `backlog` is the number of records that the
-    board has not taken yet; `free` is the number of slots that will be free on the board after
-    it has taken the backlog.  `damaged` counts damaged frames from the board, `resent` counts the
-    commands that the host has sent again.  `at_rest`, set by the owner: the motor is at rest, and no step is
-    pending.
-
-    `on_event` is called with each event of the board once, in order, with its tick unwrapped.  `on_boot` is
-    called when the board has restarted; pending commands are discarded, and the board must be opened again.
-    `on_open` is called with the IDENT of the board when the board is open.  `on_refused` is called with the
-    answer to a refused command (results 4, 5 and 6); this command is dropped, and the later commands are
-    still sent.
+    Attributes:
+        answer: the last answer, with its tick unwrapped.
+        backlog: the number of records that the board has not taken yet.
+        free: the number of slots that will be free on the board after it has taken the backlog.
+        damaged: the number of damaged frames from the board.
+        resent: the number of commands that the host has sent again.
+        at_rest: True if the motor is at rest and no step is pending; set by the owner.
+        on_event: hook, called with each event of the board once, in order, with its tick unwrapped.
+        on_boot: hook, called when the board has restarted; pending commands are discarded, and the board
+            must be opened again.
+        on_open: hook, called with the IDENT of the board when the board is open.
+        on_refused: hook, called with the answer to a refused command (results 4, 5 and 6); this command is
+            dropped, and the later commands are still sent.
     """
 
     def __init__(self, clock: BoardClock) -> None:

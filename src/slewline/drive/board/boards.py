@@ -36,11 +36,15 @@ class BoardPin(NamedTuple):
 class BoardModel(NamedTuple):
     """A kind of board with slewline firmware: its limits, and its pins by purpose.
 
-    `number`: the board field of the board's IDENT.  `hz`: ticks per second.  `slots`: records in its queue.
-    `shortest`: the minimum number of ticks between two steps.  Values that a board reports itself (IDENT)
-    take precedence.  `high`, `low`: the minimum number of ticks for which STEP is high and low, at rates up
-    to 45,000 steps/s; `setup`, `hold`: the minimum number of ticks for which DIR is stable before and after
-    STEP rises.
+    Values that a board reports itself (IDENT) take precedence.
+
+    Attributes:
+        number: the value of the board field in the board's IDENT.
+        hz: the number of ticks per second.
+        slots: the number of records that the queue holds.
+        shortest: the minimum number of ticks between two steps.
+        high, low: the minimum number of ticks for which STEP is high and low, at rates up to 45,000 steps/s.
+        setup, hold: the minimum number of ticks for which DIR is stable before and after STEP rises.
     """
 
     number: int

@@ -26,9 +26,10 @@ JUMP_S = 1.0  # a board is never further off, except for the crystal error since
 
 @dataclass(slots=True)
 class TickBounds:
-    """The tightest bounds since `start`: the tick is at most `above` at `early`, at least `below` at `late`.
+    """The tightest bounds on the board's tick since `start`: an upper bound and a lower bound.
 
-    The times are host times in ns.
+    The tick is at most `above` at the time `early`, and at least `below` at the time `late`.  All times are
+    host times in ns.
     """
 
     start: int
@@ -46,8 +47,10 @@ def _nearest(tick: int, other: int) -> int:
 class BoardClock:
     """The relation between board ticks, which do not wrap here, and host nanoseconds.
 
-    `known`: whether a round trip has been recorded since the board's power-up.  `jumps` counts impossible
-    board times, as after a sleep of the host computer, which stops the host's clock, but not the board's.
+    Attributes:
+        known: True if a round trip has been recorded since the board's power-up.
+        jumps: the number of impossible board times.  They occur after a sleep of the host computer, for
+            example, because the host's clock then stops, and the board's does not.
     """
 
     def __init__(self, hz: int = 16_000_000) -> None:

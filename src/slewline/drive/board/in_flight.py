@@ -27,8 +27,10 @@ class SentFrame:
 class EventOrder:
     """The events of a board, each once and in order, starting with number `first`.
 
-    `lost` counts the events that the board has discarded; `asked`, keyed by event number, has
-    the earliest time (ns) of the next request for each missing event that was already requested.
+    Attributes:
+        lost: the number of events that the board has discarded.
+        asked: for each missing event that has been requested, keyed by its number: the earliest time (ns) at
+            which it may be requested again.
     """
 
     def __init__(self, first: int) -> None:

@@ -72,7 +72,10 @@ class Outbox:
         self._put(FrameKind.START, wire.start_payload(tick))
 
     def restart(self, tick: int) -> None:
-        """Start the board's records at a tick, before more are sent; slots become free only after this START."""
+        """Send a START for the records already on the board, before any further records; they begin at a tick.
+
+        START must come first because the board frees no slots for further records until it has started.
+        """
         if self.is_open:
             self._commands.insert(self._sent, BoardCommand(FrameKind.START, wire.start_payload(tick)))
 
@@ -100,9 +103,11 @@ class Outbox:
             self._stops.append(how)
 
     def tail(self, entries: Sequence[tuple[int, int]]) -> None:
-        """Replace the tail, the board's stop ramp; `entries` (interval in 1/256 tick, count) ascend by interval.
+        """Replace the tail, which is the board's stop ramp.
 
-        There must be no more entries than the board has room for.
+        Args:
+            entries: pairs (interval in 1/256 tick, number of steps), sorted by ascending interval; no more than
+                the board has room for.
         """
         for first in range(0, len(entries), ENTRIES_A_FRAME):
             self._put(FrameKind.TAIL, wire.tail_payload(first, entries[first : first + ENTRIES_A_FRAME]))

@@ -31,11 +31,12 @@ _RECORD = Struct("<BHIHi")
 
 
 class Record(NamedTuple):
-    """Steps whose intervals grow by `add` from each to the next, or one interval without a step (PAUSE).
+    """A number of steps, or one interval without a step (PAUSE).
 
+    Each interval between the steps is longer than the previous one by `add`, which may be negative.
     `interval` is in ticks, `fraction` and `add` in 1/65536 tick.  With RAMP_LEFT the interval is constant,
-    and `add` holds the number of steps of a stop ramp that starts at the first step (low 16 bits), and the
-    change of that number with each step (high 16 bits, signed: -1, 0 or 1).
+    and `add` has another meaning.  Its low 16 bits then hold the number of steps of a stop ramp that starts
+    at the first step.  Its high 16 bits hold the change of that number with each step (signed: -1, 0 or 1).
     """
 
     flags: int
@@ -64,7 +65,7 @@ class Record(NamedTuple):
 
     @property
     def slope(self) -> int:
-        """The change, from one step to the next, of the stop ramp's number of steps, if the record has RAMP_LEFT."""
+        """The change of the stop ramp's length with each step: -1, 0 or 1 steps; only for a record with RAMP_LEFT."""
         return self.add >> 16
 
     def ramp_left(self, step: int) -> int | None:
@@ -165,7 +166,8 @@ def fit(
     All times are in 1/65536 tick, except `shortest`, the minimum interval, in ticks.  Each record is as long
     as possible, and begins where the board's arithmetic will end the previous one, so errors do not
     accumulate.  `base` is the start of the first record.  A step that would be more than 2^31 ticks after
-    the start of its record is preceded by pauses.  `even`: the intervals within each record are equal.
+    the start of its record is preceded by pauses.  If `even` is True, the intervals within each record are
+    equal.
 
     Raises:
         UsageError: steps are closer together than `shortest`.
@@ -219,11 +221,11 @@ def _longest(offsets: NDArray[np.int64], tolerance: int, shortest: int, steepest
 def _through(
     low: NDArray[np.int64], high: NDArray[np.int64], shortest: int, bounds: tuple[int, int], add: int
 ) -> tuple[tuple[int, int] | None, tuple[int, int]]:
-    """Return (first interval, `add`) with all steps in `low` .. `high`, or None; and proved bounds of `add`.
+    """Search for a record whose steps are all within `low` .. `high`; return it, and the bounds of `add`.
 
-    In the plane of `add` and the first interval, each limit is a half-plane.  For a given `add`, the
-    possible first intervals lie between two limits; if there are none, these two limits show whether there
-    may be some for a greater or a smaller `add`.
+    The record is (first interval, `add`), or None if there is none.  For a given `add`, the first interval
+    has a lower and an upper limit.  If these contradict each other, they show whether `add` must be greater
+    or smaller, and the search continues there, within `bounds`.
     """
     count = len(low)
     steps, sums = _STEPS[:count], _SUMS[:count]

@@ -52,9 +52,14 @@ def _signed(tick: int) -> int:
 class BoardTwin(MovingTwin):
     """A model of a board, from its power-up on.
 
-    `steps`: tick, direction and position after each step.  `phases`, `outputs`: tick and value of each
-    change; bits 0 to 3 of `outputs` are the user outputs, including lamps, bit 4 is ENABLE.  `enable`: tick
-    and level of the ENABLE pin; the level is None if there is no such pin.  `sent`: frames for the host.
+    Attributes:
+        steps: for each step, its tick, its direction, and the position after it.
+        phases: the tick and the new value of each change of the phases.
+        outputs: the tick and the new value of each change of the outputs.  Bits 0 to 3 are the user outputs,
+            including lamps; bit 4 is ENABLE.
+        enable: the tick and the new level of each change of the ENABLE pin; the level is None if there is no
+            such pin.
+        sent: the frames for the host, as bytes.
     """
 
     def __init__(self, model: BoardModel = UNO) -> None:

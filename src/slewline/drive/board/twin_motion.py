@@ -1,18 +1,19 @@
 r"""The step-by-step motion of a board: records, brake and tail, reflexes and outputs, and their events.
 
-A brake makes the scheduled step (an underrun has none), then the following one, too, if it is less
-than 640 ticks later, and then the tail: steps from the table that the host sent last.  The number of
-tail steps, and the first entry used, follow from the record of the scheduled step, if that record has
-WAY (RAMP_LEFT in records.py): a count of steps, which changes by -1, 0 or 1 with each step.  So a board
-ramps down from any step as the emulated chip would, without knowing how the chip computes its ramps:
+When a board brakes, it first makes the step that is already scheduled (after an underrun there is none).
+If the following step is less than 640 ticks later, the board makes this step, too.  Then it makes the
+tail: steps from the table that the host sent last.  The number of tail steps, and the first entry used,
+follow from the record of the scheduled step, if that record has WAY (RAMP_LEFT in records.py).  WAY is
+the number of steps in the stop ramp; it changes by -1, 0 or 1 with each step.  So a board ramps down
+from any step as the emulated chip would, without knowing how the chip computes its ramps:
 
     rate        ________
-              _/        \_           up        the way back: less than the whole table, longer with each step or level
+              _/        \_           up          part of the table, longer with each step or level
             _/            \_         at the top  the whole table
-           /                \        down      the rest of the plan's own stop ramp, shorter with each step
+           /                \        down        the rest of the plan's stop ramp, shorter with each step
     WAY    0 1 2 .. N N N .. 2 1 0
 
-    table    (i0, 3) (i1, 2) (i2, 4)    WAY 5  ->  i1 i2 i2 i2 i2, the last five steps; WAY 0 -> none, it stops
+    table    (i0, 3) (i1, 2) (i2, 4)    WAY 5  ->  i1 i2 i2 i2 i2, the last five steps; WAY 0 -> no steps
 
 A table interval that is shorter than the last interval made is lengthened to it: a brake does not
 accelerate the motor.  If the last interval is less than 640 ticks, the next one is at least 1/8 longer,
@@ -43,9 +44,13 @@ KEPT_EVENTS = 8
 
 
 class MovingTwin:
-    """The autonomous part of a board: `steps`, `phases`, `outputs` and events in `sent`, all with their ticks.
+    """The part of a simulated board that works without the host: steps, phases, outputs and events.
 
-    `pulses`: the ticks of the steps that produce an edge on STEP; there are none in a dry run.
+    All of them are recorded with their ticks: the events as frames in `sent`, the others in the lists
+    `steps`, `phases` and `outputs`.
+
+    Attributes:
+        pulses: the ticks of the steps that produce an edge on STEP; there are none in a dry run.
     """
 
     def __init__(self, model: BoardModel) -> None:

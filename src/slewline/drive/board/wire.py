@@ -108,7 +108,11 @@ class Reflex(IntEnum):
 
 
 class DriverFlag(IntFlag):
-    """Properties of the driver; ENABLE: wired, with known active level; DRY: a dry run (no edges on STEP)."""
+    """Properties of the driver.
+
+    ENABLE: the ENABLE input is wired, and its active level is known.  DRY: this is a dry run, without edges
+    on STEP.
+    """
 
     ENABLE = 1
     DRY = 2
@@ -123,7 +127,11 @@ class EnableOff(IntEnum):
 
 
 class ResetFlag(IntFlag):
-    """Flags of RESET; POSITION: set the count; KNOWN: the count is the motor's position; POWER: allow power."""
+    """Flags of RESET.
+
+    POSITION: the frame sets the count.  KNOWN: the count is the motor's position.  POWER: the driver may be
+    switched on again.
+    """
 
     POSITION = 1
     KNOWN = 2
@@ -134,7 +142,8 @@ class PowerFlag(IntFlag):
     """Flags of ANSWER that describe the driver.
 
     UNSURE: the count may differ from the motor's position, after steps without current, a stop without a
-    ramp, or a switch-off by the board itself.  LOCKED: no RESET has followed power-up or such a switch-off.
+    ramp, or a switch-off by the board itself.  LOCKED: the driver cannot be switched on until a RESET
+    unlocks it; it is locked at power-up, and when the board itself switches it off.
     """
 
     ENERGISED = 1
@@ -160,7 +169,12 @@ class Answer(NamedTuple):
 
 
 class BoardEvent(NamedTuple):
-    """An event on a board; `number` counts from power-up; `which`: the input that caused it, 255 if none did."""
+    """An event on a board.
+
+    Attributes:
+        number: the number of the event, counted from power-up.
+        which: the number of the input that caused the event; 255 if no input did.
+    """
 
     number: int
     kind: int
@@ -174,8 +188,12 @@ class BoardEvent(NamedTuple):
 class Ident(NamedTuple):
     """The properties of a board.
 
-    `slots`: records that its queue holds; `tail`: entries that its stop ramp holds; `room`: the maximum total length of
-    unanswered frames, in bytes; `shortest`: shortest interval between steps, in ticks; `hz`: ticks per second.
+    Attributes:
+        slots: the number of records that its queue holds.
+        tail: the number of entries that its stop ramp holds.
+        room: the maximum total length of unanswered frames, in bytes.
+        shortest: the shortest interval between steps, in ticks.
+        hz: the number of ticks per second.
     """
 
     wanted: int
@@ -227,12 +245,20 @@ MOST = {  # of the numbers of CONFIG
 class BoardConfig:
     """The configuration of a board; times are in its ticks.
 
-    `polarity`: the sum of 1 if DIR high is up, and 2 if ENABLE is active low.  `active`: bit n is set if input n is
-    active when high.  `report`: bit n is set if each edge of input n is reported.  `driver`: DriverFlag.  `enable_off`:
-    EnableOff, after `enable_hold` times 65,536 ticks.  `filter`: number of samples, 4 us apart, for which an input must
-    be unchanged before it counts; an emergency stop is not filtered.  `fault_output`, `power_output`: number + 1 of the
-    output that shows a halt, and of the output that shows the driver current; 0: none.  `reflex`: a `Reflex` per input.
-    `pattern`: phases A to D in bits 0 to 3, by half-step index, all zero without phases; `phase`: the current index.
+    Attributes:
+        polarity: the sum of 1 if DIR is high for upward steps, and 2 if ENABLE is active low.
+        active: bit n is set if input n is active when high.
+        report: bit n is set if each edge of input n is reported.
+        driver: the properties of the driver, a DriverFlag.
+        enable_off: the condition under which the board switches the driver off by itself, an EnableOff.
+        enable_hold: how long this condition must last, in units of 65,536 ticks.
+        filter: the number of samples, 4 us apart, for which an input must be unchanged before it counts; an
+            emergency stop is not filtered.
+        fault_output: the number + 1 of the output that shows a halt; 0 if there is none.
+        power_output: the number + 1 of the output that shows the driver current; 0 if there is none.
+        reflex: for each input, its `Reflex`.
+        pattern: for each half-step index, the phases A to D in bits 0 to 3; all zero without phases.
+        phase: the current half-step index.
     """
 
     start_stop: int

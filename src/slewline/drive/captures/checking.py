@@ -87,9 +87,9 @@ def check_capture(
             "falling" or "both".
         forward: the level of DIR at which positions count up, 0 or 1.
         idle: the level assumed for STEP where it floats or is unknown, as for `Waveforms.steps`.
-        glitch: pulses and gaps shorter than this are glitches; by default, on STEP, half of its median pulse
-            or median gap, whichever is shorter, and on DIR, twice that time; with edge "both", where each
-            pulse or gap lasts a whole step, none is a glitch by default.
+        glitch: the length below which a pulse or gap of STEP or DIR is a glitch.  The default for DIR is the
+            median pulse or the median gap of STEP, whichever is shorter; the default for STEP is half of
+            that.  With edge "both", each pulse or gap lasts a whole step, so by default none is a glitch.
         part: the part whose pins were recorded, such as "cy525": the limits of its data sheet are checked,
             too.
         pins: the signals of the recorded pins, keyed by pin name: {"pulse": "D0", "direction": "D1"}.

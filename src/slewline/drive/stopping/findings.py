@@ -31,7 +31,10 @@ class DriveFindings:
         self.report("position-uncertain", text)
 
     def register(self, missing: int) -> int:
-        """Return the position register, reduced by the missing steps if the register has counted them."""
+        """Return the position register less `missing`, the net steps that the chip made and the motor did not.
+
+        If the register has not counted these steps, nothing is subtracted.
+        """
         axis = self.state.axis
         counted = missing if axis.past[-1].counts or not axis.past[-1].playing else 0
         return axis.low + (axis.position - counted - axis.low) % axis.modulus

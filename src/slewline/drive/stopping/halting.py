@@ -39,8 +39,9 @@ def stop_mode(chip: Chip, how: str | None) -> str:
 class StopChip:
     """The piece that stops the chip, and makes it take over the board's count once the chip is at rest.
 
-    It uses inputs of the chip, the effect of the command that ends everything (K of a GS-C), the reset, or
-    the supply.  After a reset or a loss of supply, the registers have power-up values; the user must home.
+    Depending on `how`, it uses the chip's abort inputs, the effect of its kill command (K of a GS-C), its
+    reset, or its supply.  After a reset or a loss of supply, the registers have power-up values; the user
+    must then home the motor.
 
     Args:
         how: "abort", "kill", "reset" or "power".
@@ -52,7 +53,7 @@ class StopChip:
         self._acting = self._at_rest = False  # the chip is being stopped from here; it has come to rest since
 
     def expects(self, event: BoardEvent) -> bool:
-        """Return False: with this piece, the chip never stops the motor by itself at an event of the board."""
+        """Return False, because no event of the board makes the chip stop by itself; this piece must stop it."""
         return False
 
     def stopped(self, event: BoardEvent) -> None:

@@ -19,7 +19,11 @@ class Cause(NamedTuple):
     lead_ps: int = 0  # time from the first input to the stop of the motor
 
     def at(self, instant: int) -> list[dict[str, Any]]:
-        """Return the inputs, the first moved so that the motor stops at an instant (ps), no other before it."""
+        """Return the inputs, shifted in time so that the motor stops at an instant (ps).
+
+        The first input is moved to `lead_ps` before this instant.  Any other input that would then come before
+        the first is moved to the same time as the first.
+        """
         first = instant - self.lead_ps
         return [
             {**entry, "t": first if number == 0 else max(int(entry["t"]), first)}
@@ -39,10 +43,10 @@ class Rewound(NamedTuple):
 
 
 def following(tried: Mapping[int, Rewound], times: Sequence[int]) -> int | None:
-    """Return the next try (ps): between the latest that was too early and the earliest that was too late.
+    """Return the instant to try next (ps): between the latest try that was too early and the earliest too late.
 
-    If no try was too early, or none too late, move from the last try by the number of missing steps; return
-    None if the motion has no step there.
+    If no try was too early, or none too late, count from the last try as many of the steps in `times` as
+    were missing there, and return the instant of the step reached; return None if there is no such step.
     """
     early = max((at for at, found in tried.items() if found.missing > 0), default=None)
     late = min((at for at, found in tried.items() if found.missing < 0), default=None)

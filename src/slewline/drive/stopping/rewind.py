@@ -92,7 +92,7 @@ class Rewind:
 
     # ------------------------------------------------------------------------------------------------------ each turn
     def before_turn(self) -> None:
-        """Before each turn: update the past if the axis is at rest; prepare the board if a homing run begins."""
+        """Update the past if the axis is at rest, and prepare the board's inputs if a homing run begins or ends."""
         state = self.state
         if state.phase != "ok":
             return
@@ -160,7 +160,7 @@ class Rewind:
 
     # ------------------------------------------------------------------------------------------------- what was stopped
     def expects(self, event: BoardEvent) -> bool:
-        """Return whether the chip itself would have stopped the motor for the cause of a stop by the board."""
+        """Return whether an event is a stop that the chip also makes: by one of its pins, or by a host command."""
         if event.kind not in STOPS:
             return False
         each = self.inputs.get(event.which)
@@ -333,7 +333,10 @@ class Rewind:
         return Rewound(bench, instant, first, missing, rest, is_at_rest)
 
     def _take_at_rest(self, found: Rewound, cause: Cause, now: int, position: int, sign: int) -> str | None:
-        """Take over another run, and return ""; if its chip is not at rest by now, record when it is; return None."""
+        """Take over another run if its chip is at rest by `now`; return "" if so, and None if it is not.
+
+        If the chip is not at rest by then, record the earliest time for another attempt.
+        """
         if found.rest_ps >= now:
             self.not_before = found.rest_ps + SLICE_PS
             return None

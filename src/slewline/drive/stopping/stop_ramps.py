@@ -130,7 +130,7 @@ class StopRamps:
         self._pieces: list[RampPiece] = []
 
     def turn(self, feeder: Feeder) -> None:
-        """Send a stop ramp for any rate if the board has none, and the present steps are fast and have no plan."""
+        """Send a stop ramp that serves for any rate, if the motor runs fast without a plan and the board has none."""
         state, ident = self.state, self.link.ident
         if not self._knows() or ident is None or self.tail or state.axis.past[-1].plan is not None:
             return
@@ -181,7 +181,11 @@ class StopRamps:
 
 
 def is_expressible(plan: Plan, pieces: list[RampPiece], ps: Callable[[int], int]) -> bool:
-    """Return whether records can hold the lengths of a plan's stop ramps: none too long, no levels too short."""
+    """Return whether records can hold the lengths of a plan's stop ramps.
+
+    They cannot if a ramp has too many steps for a record, or if an acceleration has so many levels (rates)
+    of so short a duration that there is no time to send one record for each.
+    """
     up = plan.legs[0].runs if plan.legs[0].name == "up" else ()
     if any(
         max(ramp_left, ramp_left + slope * (end - first - 1)) > MOST_RAMP_LEFT

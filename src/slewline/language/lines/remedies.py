@@ -15,7 +15,10 @@ LF = "\n"
 
 
 def alike(sheet: Sheet, text: str) -> list[LineRow]:
-    """Return the commands that begin with a line's first character or, if that is + or -, with a sign."""
+    """Return the commands that a line may be meant to be: those with the same first character.
+
+    If the line begins with + or -, the commands that begin with a sign are returned.
+    """
     letter = SIGN if text[:1] in ("+", "-") else text[:1]
     return [row for row in sheet.rows(LineRow) if row.head[:1] == letter]
 

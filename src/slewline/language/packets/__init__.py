@@ -112,7 +112,10 @@ class Packets(Words):
         return [packet.hex(" ") for packet in found]
 
     def cut(self, stored: bytes, at: int, sheet: Sheet) -> Instruction:
-        """Return the packet that begins at an address; a sister part's packet includes its words, but has no row."""
+        """Return the packet that begins at an address, as an `Instruction`.
+
+        For a command of a sister part, the instruction has the bytes of the whole packet, but its row is None.
+        """
         found, sibling = super().cut(stored, at, sheet), self.siblings.get(stored[at])
         if found.row is None and sibling is not None:
             return Instruction(at, bytes(stored[at : at + 1 + 2 * sibling.writes]), None, ())

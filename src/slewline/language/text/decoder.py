@@ -106,7 +106,10 @@ class Decoder(Generic[L_co]):
         return found
 
     def kept(self, data: bytes, at: int, ascii: bool) -> int:
-        """Return how many bytes from index `at` on need only be stored, as none ends a command or is a mistake."""
+        """Return the number of bytes, from index `at` on, that neither end a command nor are mistakes.
+
+        These bytes can be passed to `keep` together.
+        """
         begin, state, left = at, self._state, len(data) - at
         if self.at_letter:
             row = (self._in_ascii if ascii else self._in_binary).get(data[at])
@@ -156,7 +159,10 @@ class Decoder(Generic[L_co]):
         return None
 
     def _foreign_byte(self, byte: int, ascii: bool, before: TextRow | None) -> None:
-        """Process a byte other than the expected letter (upper case); `before`: a command just ended without CR."""
+        """Process a byte that is not a command letter, where a command letter is expected.
+
+        `before` is the command directly before the byte, if this command ends without a carriage return.
+        """
         if ascii and byte == CR:
             if before is not None and self.dialect.line_ends:
                 self._note("q-terminated", f"a carriage return after {before.form}, which ends by itself")
@@ -363,7 +369,7 @@ class Decoder(Generic[L_co]):
         return CommandText(row, values, 0, stored, f"{spell(row, values)}{more}")
 
     def _binary_text(self, row: TextRow, data: bytes) -> CommandText | None:
-        """Decode a query or a display command in binary; neither has numbers of fixed size as its arguments."""
+        """Decode a query or a display command in binary."""
         least = 1 if row.form == self.dialect.query else 2
         if len(data) < least:
             self._note("count", f"{row.name} takes at least {least} data bytes, {len(data)} were announced; ignored")
@@ -379,7 +385,7 @@ class Decoder(Generic[L_co]):
         self.notes.append(Note(code, f"{text}; {remedy}" if remedy else text))
 
     def _fit(self, row: TextRow, arg: Arg, found: int) -> int:
-        """Cut a number to the size of its argument in bytes; report a number out of range, but do not refuse it."""
+        """Return a number cut to the size of its argument in bytes; report a number out of range."""
         self._check(row, arg, found)
         return arg.fit(found)
 
@@ -389,7 +395,7 @@ class Decoder(Generic[L_co]):
             self._range(f"{named}: allowed {arg.low}..{arg.high}", found, arg.fit(found))
 
     def _low_byte(self, row: TextRow, found: int) -> int:
-        """Cut a number that is not an argument in the table to its low byte; report a number above 255."""
+        """Return the low byte of a number that has no `Arg` in the command table; report a number above 255."""
         if found > 0xFF:
             self._range(f"{row.name} {found}: allowed 0..255", found, found & 0xFF)
         return found & 0xFF

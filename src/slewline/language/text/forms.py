@@ -17,7 +17,10 @@ END = bytes([CR])
 
 
 class TextDialect(Dialect[TextRow]):
-    """A dialect whose commands are a letter and its arguments; attributes for characters that it lacks are ""."""
+    """A dialect in which a command is a letter and its arguments.
+
+    An attribute for a special character, such as `negate`, is "" if the dialect has no such character.
+    """
 
     streams = True
     row_type = TextRow
@@ -42,7 +45,7 @@ class TextDialect(Dialect[TextRow]):
         raise NotImplementedError
 
     def other(self, sheet: Sheet, row: Row, arg: Arg, word: str) -> int | None:
-        """Return the value of a word that is not a number, if this argument may be such a word; otherwise None."""
+        """Return the value of a word that is not a number, such as a label; None if the word is not allowed here."""
         raise NotImplementedError
 
     def instead(self, sheet: Sheet, word: str) -> str:

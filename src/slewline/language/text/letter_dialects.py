@@ -123,8 +123,8 @@ class Verbatim(ReadAlike, TextDialect):
         query: the form of the command that queries.
         quote: the form of the command that sends a string.
         display: the form of the command that writes to a display.
-        negate: the prefix that inverts the bits `flips` of the first argument of the commands `negated`.
-        negated: the commands that can have this prefix.
+        negate: the character that can precede a command, to invert bits of its first argument.
+        negated: the commands that this prefix can precede.
         flips: the bits that the prefix inverts, as a mask.
         switches: the character that stands for a first argument read from switches.
         page: the size in bytes of a memory page; a branch with a one-byte address stays within one page.

@@ -220,7 +220,7 @@ class ChipsetPort:
         self.foreseen = [0xFF] if self.high else [0xFF & ~HOSTRDY, 0xFF]
 
     def _go(self, request: int, value: int) -> None:
-        """Send a request without waiting for its answer; while HostRdy stays low, only keep the request."""
+        """Send a request without waiting for its answer; while HostRdy stays low, keep it, to be sent later."""
         if len(self.sent) == UNDER_WAY and not self.stays_low:
             self._collect()
         if len(self.sent) == UNDER_WAY:
@@ -237,9 +237,10 @@ class ChipsetPort:
             raise
 
     def _collect(self) -> int:
-        """Read the answers to pending requests; return the last, or a status with HostRdy low if a poll failed.
+        """Read the answers to all pending requests, and return the last answer.
 
-        A failed poll and all requests after it are kept, to be sent again.
+        If a poll has failed, return a status with HostRdy low instead.  The failed poll and all requests after
+        it are kept, to be sent again.
         """
         answers = self._exchange(b"", len(self.sent))
         both = zip(self.sent, answers, strict=True)
@@ -249,7 +250,6 @@ class ChipsetPort:
         return 0xFF & ~HOSTRDY if self.stays_low else answers[-1]
 
     def _again(self, requests: list[tuple[int, int]]) -> int:
-        """Replace the kept requests with `requests`, and send these; return the last answer as `_collect` does."""
         self.sent, self.stays_low = list(requests), False
         if not requests:
             return 0xFF

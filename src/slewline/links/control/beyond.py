@@ -43,7 +43,10 @@ class Beyond:
         self.stream.write(json.dumps(request).encode() + b"\n")
 
     def forward(self, request: Data) -> None:
-        """Forward a request from the client to the branch, and record its effects on this server."""
+        """Forward a request from the client to the branch.
+
+        This server also stores new breakpoints, for the next branch, and the new interval of a subscription.
+        """
         client = self.client
         if request["do"] == "breakpoints":
             client.perform(request)  # requests for the next branch

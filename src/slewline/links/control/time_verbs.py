@@ -166,7 +166,7 @@ class TimeVerbs(Verbs):
 
 
 class Pushing(Condition):
-    """A condition whose wait also ends when a breakpoint, `pause` or `go` breaks it off."""
+    """A condition whose wait can also be ended early, by a breakpoint, `pause` or `go`."""
 
     def __init__(self, condition: Condition, broken_off: Callable[[], bool]) -> None:
         condition.begin()
@@ -175,11 +175,14 @@ class Pushing(Condition):
         self.reached = False
 
     def met(self) -> bool:
-        """Return whether the condition has been met, or its wait has been broken off."""
+        """Return whether the condition has been met, or its wait has been ended early."""
         self.reached = self.reached or self.condition.met()
         return self.reached or self.broken_off()
 
     @property
     def foreseen(self) -> Callable[[], int | None] | None:
-        """Method that predicts, from promised edges, when the condition will be met (ps); None if impossible."""
+        """Function that predicts the instant (ps) at which the condition will be met; None if there is none.
+
+        The function uses edges that are already scheduled, and returns None if it can predict nothing.
+        """
         return self.condition.foreseen

@@ -109,7 +109,7 @@ class FramedLine(HostLine):
             self._act(lambda computer, _request, _say: computer.do(partial(taken, computer.kernel)))
 
     def _act(self, do: Callable[[Any, Any, Send], object], request: Request[bytes] | None = None) -> None:
-        """Perform an action on the host computer; record it for another bench that replays the same inputs."""
+        """Perform an action on the host computer; record it, so that a bench that replays the inputs can repeat it."""
         if self.acts is not None:
             self.acts.add(self.kernel.now, do)
         do(self.computer, request, self.give)

@@ -108,7 +108,10 @@ class FileStore:
                 raise
 
     def _keep(self, content: bytearray, place: bytes, data: bytes) -> None:
-        """Append `data` as a record for its `place` (address and length), or rewrite the file with `content`."""
+        """Append a record to the file, or rewrite the file with `content`, which already includes the change.
+
+        `data` are the changed bytes; `place` is their address and length, as packed in the record.
+        """
         record = place + CHECK.pack(crc32(place + data)) + data
         longest = min(self._base + max(MIN_JOURNAL, MAX_TIMES * len(content)), LARGEST)
         end, self._end = self._end, 0
@@ -234,9 +237,9 @@ def packed(data: bytes | bytearray, magic: bytes = MAGIC) -> bytes:
 
 
 def repeated(content: bytearray, found: bytes, at: int) -> bool:
-    """Apply all records, the first of which is at `at`, to `content`; return False if one is damaged.
+    """Apply the records in the file's bytes `found` to `content`; return False if a record is damaged.
 
-    A record that is only cut off at the end of the file is ignored.
+    The first record is at index `at` of `found`.  A last record that is merely incomplete is ignored.
     """
     while (place := record_at(found, at)) is not None:
         address, length = place

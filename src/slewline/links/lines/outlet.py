@@ -87,7 +87,10 @@ class Outlet:
                 self.log.popleft()
 
     def resend(self, outputs: Iterable[SentBytes]) -> bytes:
-        """Send the `outputs` of another run since the start of the record, except the data already delivered.
+        """Send the `outputs` of another run, instead of the data that the former run has sent since `remember`.
+
+        Bytes that the former run has already delivered are not sent again.  Its data that is still delayed is
+        withdrawn.
 
         Returns:
             The bytes already delivered that the new run does not send: they cannot be withdrawn.

@@ -39,7 +39,11 @@ LOST_NS = NS_PER_S  # a longer lag is skipped
 
 @dataclass
 class Lag:
-    """The lag behind the wall clock: number of events, number over 1 ms late, longest delay, time skipped (ns)."""
+    """The lag of virtual time behind the wall clock.
+
+    `events` counts all events, and `late` those that came more than 1 ms late.  `worst_ns` is the longest
+    delay, and `lost_ns` the time skipped.
+    """
 
     events: int = 0
     late: int = 0
@@ -141,7 +145,10 @@ class Pace:
         return self.clock() >= self.stop_ns
 
     def _bounded(self, goal: int) -> int:
-        """Return the goal (ps), limited to the earliest instant at which a wait ends, or may be met."""
+        """Return the goal (ps), but no later than the first time limit of a wait.
+
+        If a wait can predict when it is met, the goal is also no later than this prediction or the next event.
+        """
         for wait in self.waits:
             goal = min(goal, max(wait.limit_ps, self.kernel.now))
             if wait.when is not None:

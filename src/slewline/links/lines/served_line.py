@@ -204,7 +204,10 @@ class HostLine:
         raise NotImplementedError
 
     def whole(self, data: bytes) -> bytes:
-        """Return the received bytes that may be diverted: only complete requests, if requests have a defined end."""
+        """Return the bytes that may be sent to another destination, given the bytes received from the host.
+
+        If requests on this line have a defined end, only complete requests are returned.
+        """
         return data
 
     def forget_half(self) -> None:
@@ -220,9 +223,10 @@ class HostLine:
 
 
 class Act(NamedTuple):
-    """An action `do` that a line performs on the part at its end; see `Acts.add`.
+    """An action of a line on the part at its end, other than an input; see `Acts.add`.
 
-    It is performed at the instant `ps` (in ps), when the part has received `inputs` inputs.
+    `do` performs the action; `ps` is its instant (ps); `inputs` is the number of inputs that the part had
+    received before it.
     """
 
     inputs: int
@@ -231,9 +235,10 @@ class Act(NamedTuple):
 
 
 class Acts:
-    """The actions, other than inputs, of a line on the part at its end: awaiting and sending answers.
+    """The record of a line's actions on the part at its end, other than inputs: awaiting and sending answers.
 
-    No journal contains these actions.
+    Another bench that replays the inputs of the journal needs this record, because the journal does not
+    contain these actions.
 
     Args:
         part: the name of the part.
@@ -250,7 +255,10 @@ class Acts:
         self.inputs += do == "input" and what["part"] == self.part
 
     def add(self, ps: int, do: Callable[[Any, Any, Send], object]) -> None:
-        """Record an action: a function that takes the part, the result of the part's last input, and a `Send`."""
+        """Record an action that is performed at an instant (ps).
+
+        `do` performs it; its arguments are the part, the result of the part's last input, and a `Send`.
+        """
         self.done.append(Act(self.inputs, ps, do))
         self.number += 1
 
@@ -310,7 +318,7 @@ class ConnectorLine(HostLine):
         return self.uart.setting
 
     def attach(self, name: str, host: Callable[[bytes], int], resume: Callable[[], object]) -> None:
-        """Connect a host; record in the transcript if the chip never answers on this line."""
+        """Connect a host; if the chip never answers on this line, the transcript says so."""
         super().attach(name, host, resume)
         if self.mute:
             self.log.event(self.name, "the chip only receives on this line: it never answers")

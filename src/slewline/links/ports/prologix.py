@@ -160,7 +160,7 @@ class PrologixLine(RequestLine):
             self.half = b""
 
     def _bound(self, line: bytes) -> None:
-        """Report a line that is too long, but only once; it need not be complete yet."""
+        """Report, once, a line that is already too long, even if its end has not arrived yet."""
         if len(line) > LONGEST and not self.too_long:
             text = f"a line has more than {LONGEST} bytes, so it is not sent; end lines with CR or LF"
             self.controller.finding("gpib-line", text)

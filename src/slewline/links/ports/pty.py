@@ -8,7 +8,7 @@ fails.  The remedy:
 
     packet mode with EXTPROC      the master wakes at every change of settings
     a marker after each change    a flag without effect; the next call clears it: this changes a setting
-    PARODD inverted each time     so that even a call that only adds flags to the current ones changes it
+    PARODD inverted each time     so that even a call that only adds flags changes a setting, PARODD
 
 The C library reads the settings back immediately.  Two markers alternate, so the settings that it
 reads differ from the former ones, whether or not the server has already set the next marker.  A call

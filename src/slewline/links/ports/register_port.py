@@ -98,7 +98,7 @@ class RegisterLine(RequestLine):
         return f"slewline registers {VERSION} {sheet.part} {sheet.axes}{placed(self.board.layout)}\r\n".encode("ascii")
 
     def attach(self, name: str, host: Callable[[bytes], int], resume: Callable[[], object]) -> None:
-        """Connect a host; record in the transcript if the previous host left an incomplete request."""
+        """Connect a host; if the previous host left an incomplete request, the transcript shows this request."""
         if self.half:
             self.log.event(self.name, f"the previous host left an incomplete request, {self.half[:8].hex(' ', -2)}")
         self.half, self.strange = b"", False

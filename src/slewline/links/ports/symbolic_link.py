@@ -1,7 +1,8 @@
 """The symbolic link under which a device is found.
 
 A new link replaces only an old link made by slewline.  The folder of the link is kept open until the link is removed,
-so that no other folder can take its place meanwhile; on the path below the folder of a bench file, no link is followed.
+so that no other folder can take its place meanwhile.  If a bench file names the path of the link, that path, which
+begins at the folder of the bench file, may not lead through another symbolic link.
 """
 
 from __future__ import annotations

@@ -114,7 +114,10 @@ class Listener:
 
 
 def dismiss(loop: Loop, connection: socket.socket, why: str) -> None:
-    """Send a client the reason, as a line; close the connection when the client does, or after a second."""
+    """Send a client the reason for its dismissal, as a line, and close the connection.
+
+    The connection is closed when the client closes it, or after `REFUSAL_S` seconds.
+    """
 
     def end(_reason: str = "") -> None:
         stream.close()
@@ -174,7 +177,6 @@ class Session:
         self.receive(passed)
 
     def _acknowledge(self) -> None:
-        """Acknowledge received bytes at the end of a turn of the loop, unless an answer acknowledges them."""
         if QUICK is not None and self.stream.open and not self.stream.dirty:
             with suppress(OSError):
                 self.connection.setsockopt(socket.IPPROTO_TCP, QUICK, 1)
@@ -219,7 +221,11 @@ class Session:
         return True
 
     def shorten(self, excess: int) -> int:
-        """Drop at least the last `excess` waiting characters, back to a line end if any; return the number."""
+        """Drop the last `excess` characters that wait for the line, and return the number dropped.
+
+        More are dropped if the rest would end in the middle of a line: the rest then ends with the last complete line,
+        if it contains one.
+        """
         kept = self.characters[: max(len(self.characters) - excess, 0)]
         end = max(kept.rfind(b"\r"), kept.rfind(b"\n")) + 1
         dropped = len(self.characters) - (end or len(kept))
@@ -330,7 +336,11 @@ class TcpPort(Closing):
 
     # --------------------------------------------------------------------------------------------------------- turns
     def resume(self) -> None:
-        """Resume passing bytes, as the line has room again; may be called while the bench processes an instant."""
+        """Resume passing bytes, because the line has room again.
+
+        The loop passes the bytes a little later, so this method may also be called while the bench processes an
+        instant.
+        """
         self.full = False
         self.loop.ask(self.pump)
 

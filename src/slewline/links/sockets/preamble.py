@@ -13,8 +13,9 @@ ways, none of which a host of a module uses, so the first bytes of a connection 
 Bytes that may still become one of these are held back until a later byte decides.  A carriage return
 decides, because no request line contains one: so the first line from a host is passed on when it is
 complete, and has no effect on a module before that.  In binary data, the first byte that no method can
-contain, such as a count, decides.  On a register port, `24 nn` could be the beginning of a method; so a
-method must begin with a letter there, as only two of the register requests do, 44 and 54 (D and T).
+contain, such as a count, decides.  On a register port, a request may begin with
+24, which is $ in ASCII, and a method may contain a $.  Therefore, on such a port, only text that begins with a
+letter can be a method; only two of the register requests begin with one, 44 (D) and 54 (T).
 
 A pause of `HOLD_S` decides, too: a single byte with a meaning, such as Q, is passed on a little later.  Bytes after the
 pause are checked as before, so a client that pauses so long is disconnected when it is recognised, after its first

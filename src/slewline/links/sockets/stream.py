@@ -24,9 +24,9 @@ class SocketStream:
         end: the socket, which is made non-blocking, or a descriptor with the methods of a socket.
         take: called with received bytes.
         gone: called once, with the reason, when the other side has disconnected.
-        ended: called when no more bytes will come; then output continues until `finish`.  If the host stops
-            reading, bytes that it has already sent are still received.  If `ended` is None, the host counts
-            as disconnected in both cases.
+        ended: called when the other side has sent its last byte; output then continues until `finish`.  If the
+            other side stops reading, bytes that it has already sent are still received.  If `ended` is None,
+            the other side counts as disconnected as soon as it stops sending or reading.
         room: returns the number of bytes that may be read now; 0 stops reading until `resume`, or until the
             output queue is sent.
         queue: the size of the output queue, in bytes.
@@ -107,7 +107,7 @@ class SocketStream:
             self._go_on()
 
     def _go_on(self) -> None:
-        """Schedule another turn for bytes that were read ahead, because the system no longer reports these."""
+        """Let the loop continue with the bytes read ahead, because the system no longer reports them as readable."""
         if self.ahead and self.reading:
             self.loop.ask(self._read_on)
 
@@ -116,7 +116,11 @@ class SocketStream:
             self._read()
 
     def read_ahead(self, most: int) -> bool:
-        """Read ahead until about `most` bytes wait for room; return True if they do, or if the stream has ended."""
+        """Read available bytes before the owner has room for them, until about `most` bytes are stored.
+
+        Returns:
+            True if at least `most` bytes are stored, or if the other side has ended the stream.
+        """
         over = False
         try:
             while not over and len(self.ahead) < most:

@@ -1,8 +1,8 @@
 """Replacement of the served bench, while all connections stay open.
 
-Hosts stay connected and notice no change.  Bytes in transit to the bench are inputs in the journal that
-the new bench has replayed; its output during the replay is recorded (`LineTap`), and the part of it that
-a host has not received is sent (`lines/outlet.py`).
+Hosts stay connected and notice no change.  The new bench has replayed the journal, which also contains the bytes
+that are still on their way from a host to a chip.  The output of the new bench during the replay is recorded
+(`LineTap`), and the part of it that a host has not received is sent (`lines/outlet.py`).
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ KEEP = "1 h"  # history of recorded pins
 
 
 class LineTap:
-    """A recorder, for one line, of the output of a bench that may replace the served bench.
+    """A recorder of the output that a replaying bench would send on one line.
 
-    Each action that the line performs on its part of the served bench is repeated on the same part of the
-    other bench.
+    The line has already performed actions on its part of the served bench; the recorder repeats each of them on
+    the part of the same name on the replaying bench.
     """
 
     def __init__(self, line: HostLine, bench: Bench) -> None:
@@ -51,7 +51,10 @@ class LineTap:
 
     @property
     def next(self) -> Act | None:
-        """Next action of the line to repeat on the part; None if there is none, or an input must come before it."""
+        """Next action of the line to repeat on the part.
+
+        None if there is no such action, or if it must follow an input that has not been replayed yet.
+        """
         acts = self.line.acts
         if self.live or acts is None or self.acted >= acts.number:
             return None

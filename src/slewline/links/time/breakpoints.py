@@ -75,7 +75,7 @@ class Breakpoints:
             self.pace.wait(wait)
 
     def stand(self) -> None:
-        """Pause time, and end any client requests that make time run during a pause."""
+        """Pause time, and end any client request, such as `step`, that runs time while the server is paused."""
         self.pace.pause_time()
         self.stops += 1
 

@@ -3,10 +3,10 @@
     past.at(t).rerun(inputs, now)     a shadow, in this process: an up-to-date bench, for `past.go_on`
     past.at(t).world(order, arrived)  a checkpoint, in a separate process: a second server at t, paused
 
-A motor drive needs the first method: the run that continues must be in this process, with the late
-inputs added.  A debugger needs the second: the current run is kept, and any instant is reached quickly,
-however long the run was; this method needs `fork`.  Only this file uses both; a bench without a server
-uses the first (`bench/past.py`).
+A motor drive whose inputs arrive late needs the first method: the past is repeated in this process, with
+these inputs at their own instants, and the run continues from there.  A debugger needs the second: the
+current run is kept, and any instant is reached quickly, however long the run was; this method needs
+`fork`.  Only this file uses both; a bench without a server uses the first (`bench/past.py`).
 """
 
 from __future__ import annotations

@@ -126,9 +126,9 @@ class World:
     """A server in a copy of its process.
 
     Args:
-        order: `journal`, the file to replay, and `begin`, the byte at which replay starts; `to`, the instant
-            (ps); `copy`, the file for the world's own journal; `branch`, the world's number; `token` of its
-            control port; `breakpoints`.
+        order: the data for the world, with these keys: `journal`, the file to replay; `begin`, the byte at which
+            the replay starts; `to`, the instant (ps) at which it ends; `copy`, the file for the world's own
+            journal; `branch`, the world's number; `token`, the token of its control port; `breakpoints`.
     """
 
     def __init__(self, server: ServerFace, order: Data, answers: socket.socket) -> None:

@@ -29,7 +29,7 @@ def status(server: ServerFace) -> dict[str, Any]:
 
 
 def pace(server: ServerFace) -> dict[str, Any]:
-    """Return the mode of time, lockstep or a rate; if it is a rate, also the lag behind the wall clock (µs)."""
+    """Return the pace of virtual time: lockstep or a rate; for a rate, also the lag behind the wall clock (µs)."""
     lag = server.pace.lag
     found: dict[str, Any] = {"lockstep": server.pace.lockstep}
     if isinstance(server.pace, Paced):

@@ -104,7 +104,10 @@ def exchanges_of(entries: Iterable[DialogueEntry], speech: Speech) -> list[Recor
 
 
 def waits_for_none(before: RecordedExchange, at_us: int) -> bool:
-    """Return whether a line written at `at_us` began while `before`, still unanswered, was being sent."""
+    """Return whether a line begun at `at_us` overlaps the exchange `before`, whose data was still being sent.
+
+    This is False if `before` has been answered, or contains only carriage returns.
+    """
     return not before.answer and at_us < before.over_us and before.sent.strip(CR) != b""
 
 

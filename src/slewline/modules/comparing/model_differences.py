@@ -229,9 +229,10 @@ class DialogueComparison:
 
     # ---------------------------------------------------------------------------------------------------------- times
     def _time_rows(self, exchange: RecordedExchange, answer: ModelAnswer) -> list[DialogueDifference]:
-        """Return the difference between the delays of two answers or, if it is tolerated, between their durations.
+        """Return the difference in time between the module's answer and the model's, as a list of at most one row.
 
-        The list is empty if that is tolerated, too, and always empty for a part with an adapter.
+        The delays are compared first; if they agree within the tolerance, and the answers are equal, the durations are.
+        Times are not compared for a part with an adapter, or if an answer is missing.
         """
         delay_us, model_us = exchange.delay_us, answer.delay_us
         if delay_us is None or model_us is None or not self.speech.is_timed:

@@ -103,7 +103,6 @@ class ModelReplay(ModelLine):
         return sum(each.byte == CR[0] for each in self.received) >= lines
 
     def _take(self, answers: list[ModelAnswer]) -> None:
-        """Fill the last of these answers, if any, with all characters and findings since the last line was sent."""
         for answer in answers[-1:]:
             answer.findings = list(self.found)
             answer.answer = bytes(each.byte for each in self.received)

@@ -40,7 +40,7 @@ def agreed(where: str, read: Callable[[], T | None], alone: Callable[[T], bool] 
 
     Args:
         where: a name of the object that is read, for messages.
-        read: reads once; returns None if it has received data other than the expected data.
+        read: reads once, and returns the result; None if the answer belongs to another query.
         alone: returns whether a result needs no second reading.
 
     Raises:
@@ -180,8 +180,8 @@ class ProgramReader:
 class MemoryReader(ProgramReader):
     """A reader that reads a program, line by line, from a memory with addresses.
 
-    Erased memory contains no ends of lines, so if a module is to list one line there, it lists the memory up
-    to the last byte, which takes a minute.
+    Erased memory contains no ends of lines.  A request to list one line there therefore lists all bytes up to the end
+    of the memory, which takes a minute.
     """
 
     def __init__(self, module: Module, report: Report) -> None:

@@ -63,9 +63,10 @@ def _enter(restore: Restore) -> None:
 
 
 def _surely(restore: Restore, text: str, expected: Sequence[Statement]) -> None:
-    """Send a line; if its answer is lost, send it again unless the listing shows that it was accepted.
+    """Send a line; if its answer is lost, read the listing, and send the line again if it was not accepted.
 
-    If it was accepted, the listing has the instructions `expected`, the last of which is this line.
+    Args:
+        expected: the instructions that the module lists if it has accepted the line, which is the last of them.
     """
     for left in reversed(range(3)):
         try:
@@ -190,14 +191,18 @@ class MemoryWriter:
         return self.closed(missed | {number for number in read if not self.reads_back(self.groups[number])})
 
     def reads_back(self, group: Sequence[Statement]) -> bool:
-        """Read a group's instructions from the memory; return whether all were read as they should be."""
+        """Read a group's instructions from the memory; return whether they all match the program."""
         try:
             return all(self.reader.instruction(each.address) == _bytes(each) for each in group)
         except (NoAnswer, DamagedAnswer, ListingDiffers):
             return False
 
     def closed(self, wrong: set[int]) -> set[int]:
-        """Return `wrong`, and the numbers of the groups overwritten by the queries that precede a group in `wrong`."""
+        """Return the numbers of the groups to write again if the groups in `wrong` are written again.
+
+        The queries sent before a group overwrite the bytes just before it, which belong to earlier groups.  Those
+        groups are added to `wrong`, and so are the groups that the queries before them overwrite in turn.
+        """
         for number in range(len(self.groups) - 1, 0, -1):
             if number in wrong and self.is_checked(self.groups[number]):
                 reach = self.groups[number][0].address - len(self.question)

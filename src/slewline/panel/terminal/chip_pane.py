@@ -209,7 +209,7 @@ def active_style(pin: dict[str, Any], level: int | None) -> str:
 
 
 def shown_value(key: str, value: Any) -> str:
-    """Return one value of a part's state as text: the rows of a display text, or else name and value."""
+    """Return a value of a part's state as text: `key` and the value, or for a display text, its rows."""
     if key == "text" and isinstance(value, list):
         return "│".join(["", *map(str, value), ""])
     return f"{key} {value:.6g}" if isinstance(value, float) else f"{key} {value}"

@@ -45,7 +45,7 @@ def instant(text: str) -> int:
 
 
 def quoted(words: list[str]) -> str:
-    """Return the part of an error message that quotes the words after a verb; just a colon if there are none."""
+    """Return the words after a verb as part of an error message: quoted, with a semicolon; ":" if there are none."""
     return f" {' '.join(words)!r};" if words else ":"
 
 

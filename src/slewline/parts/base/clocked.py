@@ -102,7 +102,10 @@ class Clocked(Follower):
         self._level, self._begun = level, True
 
     def _look_ahead(self) -> Events:
-        """Return the clock edges after this instant, up to the first edge of a steering pin; `look` is called then."""
+        """Return the clock edges from now on, up to the first promised edge of a steering pin.
+
+        The method `look` is called at the instant of that edge.
+        """
         now = self.kernel.now
         if self._again is not None:
             self._again.token += 1  # it is not called any more
@@ -118,7 +121,7 @@ class Clocked(Follower):
         return self._ahead
 
     def look(self) -> None:
-        """Read the inputs again, because of a change at this instant that no driver reports."""
+        """Read the inputs again; called at an instant that no driver reports, such as that of a promised edge."""
         if self.edge_driven:
             self.react()
         else:

@@ -23,7 +23,7 @@ class Counted(View):
 
     Args:
         clock: the clock edges, derived from `of`.
-        of: the state of the clock wire: a promise, whose `until` also bounds this view, or a constant level.
+        of: the promise or constant level of the clock wire; the levels are known only as far as the promise is.
         levels: the levels to repeat, each 0 or 1.
     """
 

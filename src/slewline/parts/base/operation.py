@@ -1,9 +1,11 @@
-r"""An operation on a chipset's host port, as a value: the port processes it in one call unless a strobe is observed.
+r"""An operation on a chipset's host port, given to the port as a whole instead of strobe by strobe.
+
+The port processes all bytes in one call at the end of the operation, unless a strobe is observed.
 
 HostSlct  ‾‾‾‾\________________________________________/‾‾‾‾‾‾‾
 bus       ----<     high byte     X     low byte       >-------
 HostWrite ‾‾‾‾‾‾‾‾‾‾‾‾‾\_____/‾‾‾‾‾‾‾\_____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾   (in a read operation: HostRead)
-value                                      |  here the port receives all bytes in one call
+call                                       |  here the port receives all bytes in one call
 
 The levels of the operation's wires follow from its start, its kind, and its bytes (core/wires/exchange.py).
 """
@@ -73,7 +75,7 @@ class Strobed:
 
 
 class Taken(NamedTuple):
-    """An operation as a value; the levels of its lines follow from this value alone.
+    """An operation that is given to the port as a whole; the levels of its lines follow from these attributes.
 
     Attributes:
         strobes: the instants of the operation.
@@ -96,9 +98,12 @@ class PortEnd(End, Protocol):
     let_go_ps: int  # from its rising edge until the byte is off the bus
 
     def takes(self, number: int, reading: bool, ps: int) -> bool:
-        """Return whether the port accepts, as a value, an operation of `number` bytes that begins now.
+        """Return whether the port can process, as a whole, an operation of `number` bytes that begins now.
 
-        `reading`: it is a read operation, otherwise a write operation; `ps`: the instant of its first strobe.
+        Args:
+            number: the number of bytes.
+            reading: whether it is a read operation; otherwise, it is a write operation.
+            ps: the instant of its first strobe.
         """
 
     def shows(self, number: int) -> bytes:
@@ -153,7 +158,7 @@ class Operation(Leader[Exchange]):
         self.waited = False  # the host waits for the end: the operation has not been cut short
 
     def begin(self, strobes: Strobed, data: bytes | None, command: bool = False) -> bool:
-        """Begin an operation as a value at this instant; return False if this is not possible.
+        """Begin, at this instant, an operation that the port processes as a whole; return False if impossible.
 
         Args:
             strobes: the instants of the operation.
@@ -184,7 +189,7 @@ class Operation(Leader[Exchange]):
         return bytes(self.shown)
 
     def promise(self, strobes: Strobed, data: bytes | None, command: bool = False) -> None:
-        """Promise an operation edge by edge, for a chipset that follows its pins; the arguments are as for `begin`."""
+        """Promise all edges of an operation, for a chipset that follows its pins; arguments as for `begin`."""
         self.leave()
         lines = self.lines
         lines.select.wave(*strobes.select())
@@ -201,7 +206,11 @@ class Operation(Leader[Exchange]):
 
     # --------------------------------------------------------------------------------------------- operations as values
     def made(self, ends: tuple[PortEnd, ...]) -> Exchange | None:
-        """Return the exchange with the chipset whose port is in `ends`; None unless exactly one port is wired."""
+        """Return an exchange between the host and the chipset; None if the operation cannot be given to it as a whole.
+
+        Args:
+            ends: the host ports on the wires; there must be exactly one, and its bus must be the host's bus.
+        """
         lines = self.lines
         if len(ends) != 1 or ends[0].bus_driver.net is not lines.bus.net:
             return None

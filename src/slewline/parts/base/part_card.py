@@ -57,7 +57,6 @@ def part_card(
 
 
 def _cell(value: object) -> list[str]:
-    """Return a value as a table cell, in a list; a list becomes preformatted text with one line per element."""
     if isinstance(value, list):
         return [element("pre", "\n".join(map(str, value)))]
     return [f"{value:.6g}" if isinstance(value, float) else str(value)]

@@ -98,8 +98,8 @@ class Board(Part):
         Args:
             steps: the steps in hexadecimal, two bytes per step (parts/boards/series.py).
             poll: the longest wait for bit 7 of the status to become 1, after a step has read it as 0.
-            on: whether the steps continue the preceding series; if so, and if that series ended with a failed
-                wait, nothing is done.
+            on: True if the steps continue the preceding series; no step is then performed if that series ended
+                with a failed wait.
 
         Raises:
             UsageError: `steps` are not valid steps for this board.

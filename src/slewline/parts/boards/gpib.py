@@ -89,7 +89,7 @@ class GpibListener(Part):
 
 
 class SourceHandshake:
-    """The source handshake (fig. 12.3) by which a part sends bytes; calls by a user are inputs of the part.
+    """The source handshake (fig. 12.3) by which a part sends bytes; each user call is journalled as an input.
 
     `requests` counts the falling edges of SRQ.
     """

@@ -24,7 +24,10 @@ STEPS = f"{BASES[0]:#x} to {BASES[-1]:#x} in steps of 0x10"
 
 
 class Layout(NamedTuple):
-    """The registers of a board: names by offset from the address `base`; `reads` for IN, `writes` for OUT."""
+    """The registers of a board at the address `base`.
+
+    `reads` (for IN) and `writes` (for OUT) map the offset of each register from `base` to its name.
+    """
 
     base: int
     reads: Mapping[int, str]
@@ -41,7 +44,10 @@ class Layout(NamedTuple):
 
 
 def placed(data: int, command: int, status: int, reset: int | None = None, base: int = 0x340, **more: int) -> Layout:
-    """Return the layout with registers at these offsets; `more` are registers in which writes have no effect."""
+    """Return the layout of a board, given the offsets of its registers and its address `base`.
+
+    `more` are the offsets of further registers, in which writes have no effect.
+    """
     writes = {data: DATA, command: COMMAND} | ({} if reset is None else {reset: RESET})
     writes |= {offset: name for name, offset in more.items()}
     return Layout(base, MappingProxyType({data: DATA, status: STATUS}), MappingProxyType(writes))

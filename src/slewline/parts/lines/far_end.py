@@ -1,8 +1,8 @@
 """The far end of a serial line: the rate, format and addresses there, and whether they suit the near end.
 
-A connector compares the settings of the two ends once, before it first sends characters with these
-settings; after that, the check takes no time.  A mismatch is a finding of the connector, regardless of
-the parts between the two ends.
+A connector compares the settings of the two ends before it first sends characters with these settings,
+and not again while the settings remain the same.  A mismatch is a finding of the connector, even if
+other parts are wired between the two ends.
 """
 
 from __future__ import annotations

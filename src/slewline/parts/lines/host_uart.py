@@ -11,7 +11,7 @@ from ...core.wires.characters import begin_line, frames_of
 from ...core.wires.pin import Condition, GotCondition
 from ...core.wires.receiver import Character, CharacterHook, Receiver
 from ...core.wires.serial import CharacterFormat, LineSetting, bit_clock
-from ...core.wires.waits import until
+from ...core.wires.waits import suspended, until
 from ...errors import UsageError
 from ..base.written_data import Data, as_bytes
 from .far_end import FarEnd
@@ -52,6 +52,7 @@ class HostUart:
         self.driver = part.drivers["txd"]
         self.outgoing: deque[tuple[bytes, str]] = deque()  # bursts of characters, each with its fault
         self.sender: Task | None = None
+        self.sending = False
         self._received = bytearray()
         self._recent = part.keep_recent(self._received)
         self.faulty = 0  # characters with a parity or framing fault
@@ -101,8 +102,11 @@ class HostUart:
             self.far.look_for_telnet(data)
         burst = 1 if fault == "late" else self.burst  # every character is late
         self.outgoing += [(data[at : at + burst], fault) for at in range(0, len(data), burst)]
-        if self.outgoing and (self.sender is None or not self.sender.alive):
+        if self.sender is None or not self.sender.alive:
             self.sender = self.kernel.spawn(self._send, name=f"{self.name} sends")
+        elif not self.sending:
+            self.kernel.wake(self.sender)
+        self.sending = True
 
     def drop(self, verb: str) -> None:
         """Drop the queued characters, except the burst being sent; the call is recorded as the part's input `verb`."""
@@ -138,7 +142,11 @@ class HostUart:
 
     async def _send(self) -> None:
         await until(self.kernel, self.may_send_ps())
-        while self.outgoing:
+        while True:
+            while not self.outgoing:
+                self.sending = False
+                await suspended()
+                await until(self.kernel, self.may_send_ps())
             data, fault = self.outgoing[0]
             if fault == "late":
                 await until(self.kernel, self.kernel.now + LATE_PS)
@@ -194,9 +202,9 @@ class HostUart:
         return self._recent
 
     def _acts(self, data: bytes, at: int) -> int:
-        """Return the index in `data`, at least `at`, of the next character to be received singly; -1 if none.
+        """Return the index of the next character that must be received at the instant of its arrival.
 
-        Such a character is received at the instant of its arrival.
+        The search in `data` begins at index `at`; -1 if there is no such character.
         """
         return at if self.on_character.listeners else self.acts(data, at)
 

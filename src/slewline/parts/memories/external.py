@@ -81,7 +81,7 @@ class BusInterface:
         self.part.net("ale").ends = (self,)
 
     def changes(self) -> None:
-        """Withdraw an exchange in progress, because it uses the contents of the part, which are about to change."""
+        """Withdraw any exchange on the bus, because it was computed from contents that are about to change."""
         if (exchange := self.part.net("db").exchange) is not None:
             exchange.withdraw()
 

@@ -159,10 +159,11 @@ def _iron(motor: MotorData, driver: DriverData, load: LoadData, rate: float, tor
 
 
 def _greatest(does: Callable[[float], bool], most: float, measured: str, what: str, bound: str) -> float:
-    """Return the largest value of a constant, less than `most`, for which `does` is true.
+    """Return the largest value of a constant, less than `most`, with which the motor reaches a measured rate.
 
-    The search starts from above, because a motor with too little drag may swing itself out of step at medium
-    rates.  The other arguments are words for error messages.
+    `does` returns whether the motor reaches the rate with a given value.  The search starts from large
+    values, because a motor with too little drag may swing itself out of step at medium rates.  `measured`,
+    `what` and `bound` are words for error messages.
     """
     if does(most):
         raise UsageError(f"{measured}: this motor is faster than that even with {bound}; check motor, driver and load")

@@ -271,7 +271,11 @@ class MotorLaw:
 
     # ------------------------------------------------------------------------------------------------------ to and from
     def at_rest(self, command: int = 0, level: str = "slew", code: int | None = None) -> tuple[float, ...]:
-        """Return the state at rest at `command` with the settled currents of row `code` (None: the row at `level`)."""
+        """Return the state of the motor at rest at the position of `command`.
+
+        The currents have settled at the set points of table row `code`; None: the row of `command` at the
+        current level `level`.
+        """
         row = self.table[self.code(command, level) if code is None else code]
         place = command / self.micro * self.motor.step
         amperes = dict(zip(("i1", "i2", "i3", "i4"), self._settled(row), strict=False))

@@ -202,7 +202,7 @@ class Encoder(ShowsCounts, Blockable, Part):
         return motor.shaft
 
     def attached(self, own: str, row: Pin) -> None:
-        """Pass on the neighbour's pin to the encoder's own motor, if the wired pin belongs to that motor."""
+        """Adapt the encoder's own motor to a neighbour's pin, if this pin is wired to a pin of the motor."""
         if self._motor is not None and own in MOTOR:
             self._motor.attached(MOTOR[own], row)
 

@@ -45,7 +45,8 @@ class Sensor(Follower):
         scale: counts per step, or the positions at which the count changes.
         lag_ps: the delay from the shaft to the outputs, ps.
         show: a function that promises the outputs from `counter`; called at each new motion.
-        cut: a function that processes the counts up to an instant (ps), at which `counter` restarts.
+        cut: a function that is called with the instant (ps) at which a motion ends; it processes the counts
+            up to this instant, before `counter` is replaced.
 
     Attributes:
         counter: the counts of the present motion of the shaft.

@@ -25,13 +25,17 @@ MANY = 64  # counts; for more, arrays are faster
 
 @dataclass(frozen=True)
 class CountScale:
-    """A scale of counts: position times counts per step, rounded down; or the number of bounds up to the position."""
+    """A scale that assigns a count to each position of a shaft.
+
+    With `per_step` (counts per step), the count is the position times `per_step`, rounded down.  With
+    `bounds` (positions in steps, ascending), the count is the number of bounds at or below the position.
+    """
 
     per_step: Fraction = Fraction(0)
     bounds: tuple[Fraction, ...] = ()  # places in steps, ascending
 
     def of(self, unit: int) -> Marks:
-        """Return the scale for positions in parts of a step, with `unit` parts in a step."""
+        """Return the same scale for positions in parts of a step; a step has `unit` parts."""
         ratio = self.per_step / unit
         bounds = tuple(-(-bound * unit // 1) for bound in self.bounds)
         return Marks(unit, ratio.numerator, ratio.denominator, bounds)
@@ -39,7 +43,11 @@ class CountScale:
 
 @dataclass(frozen=True)
 class Marks:
-    """A scale for positions in parts of 1/`unit` step: `numerator / denominator` counts per part, or `bounds`."""
+    """A `CountScale` for positions in parts of a step; a step has `unit` parts.
+
+    The count is the position times `numerator / denominator`, rounded down; or, if `numerator` is 0, the
+    number of `bounds` (in parts) at or below the position.
+    """
 
     unit: int
     numerator: int
@@ -62,7 +70,7 @@ class Marks:
         return [-(-count * d // n) for count in counts] if n else [self.bounds[count - 1] for count in counts]
 
     def within(self, count: int) -> bool:
-        """Return whether a count is on the scale and is not its lowest count."""
+        """Return whether a count occurs on the scale and has a lowest position, as `place` requires."""
         return bool(self.numerator) or 1 <= count <= len(self.bounds)
 
 
@@ -141,7 +149,6 @@ class StepCounter:
         return abs(self.marks.count(motion.place + motion.sign * motion.moved(k)) - self.count)
 
     def _parts(self, j: Any) -> Any:
-        """Return the number of parts of a step by which the shaft has moved at change j."""
         if self.motion.sign > 0:
             return self.marks.place(self.count + j) - self.motion.place
         return self.motion.place - self.marks.place(self.count - j + 1) + 1
@@ -256,7 +263,11 @@ class StepCounter:
 
     # ------------------------------------------------------------------------------------------------ from here on
     def onward(self, ps: int) -> StepCounter:
-        """Return a counter that begins at an instant (ps); later edges of the drive may still change."""
+        """Return a counter that begins at an instant (ps).
+
+        Changes of the count that are under way at that instant are computed only from the edges of the drive up
+        to then, because later edges may still change.
+        """
         motion = self.motion.onward(ps)
         pending = self.coming[0]
         over = self._changes(self.motion.count(ps))

@@ -128,7 +128,11 @@ class ShaftMotion:
 
     # ------------------------------------------------------------------------------------------------ from here on
     def onward(self, ps: int) -> ShaftMotion:
-        """Return the motion after an instant (ps); later edges of the drive may still change."""
+        """Return the motion from an instant (ps) on.
+
+        Its start is computed from the edges of the drive up to that instant only, because later edges may still
+        change.
+        """
         k = self.count(ps)
         place, slack = self.place + self.sign * self.moved(k), max(0, self.slack - k * self.step)
         room = None if self.room is None else max(0, self.room - k)

@@ -1,1 +1,1 @@
-"""A stepper motor: inputs, motion (computed on demand), the counts that its shaft crosses, and lost steps."""
+"""A stepper motor: its inputs, its motion (computed on demand), the counts of its shaft, and lost steps."""

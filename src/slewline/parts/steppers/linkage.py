@@ -25,9 +25,10 @@ class Linkage:
     is_lagging: bool = False
 
     def begun(self, place: Any, command: Any) -> tuple[Any, ...]:
-        """Return the positions of all linkages from the rotor to this one when a run starts at a rotor position.
+        """Return the positions of all linkages, from the rotor to this one, at the start of a run.
 
-        `place` and `command` are in full steps, and may be arrays if no linkage has backlash.
+        `place` and `command` are the rotor's position and command, in full steps; they may be arrays if no
+        linkage has backlash.
         """
         below = self.under.begun(place, command) if self.under else ()
         return *below, self._of(below[-1] if below else place, command, None)
@@ -51,9 +52,12 @@ class Linkage:
         return not self.play and (self.under is None or self.under.simple)
 
     def bound(self, place: float, rising: bool, command: float) -> tuple[float, float, bool]:
-        """Return a factor, a bound and a direction: the load passes `place` when factor * rotor passes the bound.
+        """Return a condition on the rotor for the load to pass `place`: a factor, a bound and a direction.
 
-        The direction is True if factor * rotor rises past the bound; `rotor` is the rotor's position.
+        The load passes `place` when factor * (position of the rotor) passes the bound: upwards if the direction
+        is True, downwards if False.
+
+        `rising`: True if the load's own position rises past `place`, False if it falls.
         """
         pushed = place - self.offset + (command if self.is_lagging else 0.0)
         if self.play and not rising:
@@ -64,7 +68,10 @@ class Linkage:
         return self.under.bound(pushed / self.factor, up, command)
 
     def gone(self, before: tuple[float, ...], rotor_before: float, rotor: Any) -> list[Any]:
-        """Return the positions of all linkages, (n,) float64 each, as the rotor moves through n positions."""
+        """Return the positions of all linkages, (n,) float64 each, for n consecutive positions of the rotor.
+
+        `before` and `rotor_before` are the positions of the linkages and of the rotor just before these.
+        """
         import numpy as np
 
         below = self.under.gone(before[:-1], rotor_before, rotor) if self.under else []

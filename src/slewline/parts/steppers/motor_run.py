@@ -100,8 +100,8 @@ def columns_of(point: Point) -> tuple[Any, ...]:
 class RunPart(NamedTuple):
     """Consecutive grid points computed with one law: columns times, states, commands, codes.
 
-    `changed`: the first point does not continue the preceding points, because the law or the state was
-    changed externally.
+    `changed`: True if the first point does not continue the preceding points, because the law or the state
+    was changed externally.
     """
 
     law: MotorLaw
@@ -131,7 +131,10 @@ class Run:
         self.begin(law, first)
 
     def begin(self, law: MotorLaw, first: Point) -> None:
-        """Restart with another law before anything is shown; `first` has the same rotor position as the old start."""
+        """Restart with another law and another first point, before the motion has been used by any part.
+
+        `first` has the same rotor position as the old start.
+        """
         self.stretches = [Stretch(law, first)]
         self.reached = first.t  # the instant up to which it is integrated
         self._integration = Integration(law, self._engine)
@@ -156,7 +159,10 @@ class Run:
             self._go_on(min(ps, self._stays() if self._rests else self.reached + STRETCH * self.law.step_ps))
 
     def _stays(self) -> int:
-        """Return how far (ps) to integrate next while the rotor rests: an instant before which few edges occur."""
+        """Return the instant (ps) up to which to integrate next while the rotor rests.
+
+        This is the next instant at which an input may change; for inputs in the past, it is a fixed time ahead.
+        """
         now = self.feed.now
         if self.reached < now.since:
             return self.reached + AT_ONCE_PS
@@ -271,7 +277,10 @@ class Run:
 
     @property
     def known_to_rest(self) -> int:
-        """The first instant (ps) that is over a grid step later than the last point; losses are counted from then."""
+        """The first instant (ps) that is more than a grid step after the last point.
+
+        If no further point follows by then, the rotor is at rest, and its lost steps can be counted.
+        """
         return self.stretches[-1].last.t + self.law.step_ps + 1
 
     def forget(self, before: int) -> None:

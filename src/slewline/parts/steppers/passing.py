@@ -49,9 +49,15 @@ class Milestone:
 
 @dataclass(slots=True)
 class Going:
-    """The state of a pass along a run: the last grid point, its law, positions and count, and changes found.
+    """The state of a search for changes of a count along a run.
 
-    `done` is the instant (ps) up to which changes have been found.
+    Attributes:
+        before: the last grid point that has been processed.
+        law: the law at this point.
+        done: the instant (ps) up to which changes have been found.
+        places: the positions of the linkages at this point.
+        count: the present count.
+        times, counts: the changes found so far: their instants (ps), and the counts after them.
     """
 
     before: Point
@@ -203,7 +209,7 @@ class Passings:
         going.places = self._begun(law, going.before)
 
     def _with_play(self, going: Going, columns: Any) -> None:
-        """Process consecutive grid points, for a linkage that depends on direction and on reversals."""
+        """Process consecutive grid points, given as columns, if any linkage has backlash."""
         import numpy as np
 
         law, first = going.law, going.before.state
@@ -239,7 +245,6 @@ class Passings:
         going.places = tuple(float(each[-1]) for each in places)
 
     def _begun(self, law: MotorLaw, point: Point) -> tuple[float, ...]:
-        """Return the positions of all linkages at a grid point, provided that they follow from the rotor alone."""
         return self.linkage.begun(point.state[0] / law.motor.step, point.command / law.micro)
 
     def _counts(self, along: Any) -> Any:

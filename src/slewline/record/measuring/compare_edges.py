@@ -329,7 +329,10 @@ def _pairs(model: Edges, measured: Edges) -> NDArray[np.int64]:
 
 
 def _drift_alone(model: NDArray[np.int64], measured: NDArray[np.int64]) -> bool:
-    """Return whether two equally long edge sequences differ only by clock drift, which long pauses make large."""
+    """Return whether two edge sequences of equal length differ only by the drift of a clock.
+
+    Over a long pause, such a drift can add up to more than the time between two edges.
+    """
     import numpy as np
 
     if len(model) < 3:
@@ -369,8 +372,8 @@ def _runs(model: Edges, measured: Edges) -> list[tuple[int, int, int]]:
 def _fits(columns: list[NDArray[np.int64]], a: int, b: int, length: int, late: int) -> NDArray[np.bool_]:
     """Return which edges pair up, from index `a` in the model and `b` in the measured signal: (length,) bool.
 
-    Each result presumes that all preceding edges are pairs; `late` is the delay of the pair before `a`, `b`,
-    ps.
+    Each element is valid only if all elements before it are True.  `late` is the delay (ps) of the pair of
+    edges that precedes these edges.
     """
     import numpy as np
 

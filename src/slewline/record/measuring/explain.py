@@ -34,7 +34,14 @@ class SignalPair(NamedTuple):
 
 
 class Terms(NamedTuple):
-    """The terms of a comparison: shift, tolerance (ps) and its origin as text (`within`), signals to invert."""
+    """The terms of a comparison.
+
+    Attributes:
+        shift: the time that is added to the measured times, as for `compare_edges`.
+        tolerance: the greatest distance at which the two edges of a pair still agree, ps.
+        within: text that states the origin of the tolerance.
+        invert: the names of the signals whose measured levels are inverted first.
+    """
 
     shift: Time = "first"
     tolerance: int = 0
@@ -110,7 +117,11 @@ def _polarity(pairs: Sequence[SignalPair], terms: Terms) -> dict[str, tuple[str,
 
 
 def _swapped(pairs: Sequence[SignalPair], wrong: Sequence[int], terms: Terms) -> dict[str, tuple[str, ...]]:
-    """Return notes, by signal, on two signals whose exchange, with any inversions needed, makes all agree."""
+    """Return notes on two signals that have been exchanged; {} if no exchange makes all signals agree.
+
+    Signals may be inverted in addition to the exchange.  The notes are keyed by the names of the two
+    signals.
+    """
     for a, b in combinations(wrong, 2):
         tried = list(pairs)
         for here, there in ((a, b), (b, a)):

@@ -193,7 +193,7 @@ def _placed(
     scale: TimeScale,
     taken: dict[tuple[int, int], list[tuple[float, float]]],
 ) -> Arrow:
-    """Return an arrow on the first line under the lower of its lanes that has room for it and its text.
+    """Return the arrow of an interval, on the first line with enough room under the lower of its two lanes.
 
     The extent of the arrow is added to `taken`, which is keyed by lane and line.
     """

@@ -67,7 +67,10 @@ def _apart(curves: Sequence[TrackCurve]) -> list[list[TrackCurve]]:
 
 
 def named_by_legend(tracks: Sequence[Track], panels: Iterable[Sequence[TrackCurve]]) -> list[int]:
-    """Return the numbers of the tracks in the legend: axes, and parts that share a panel; [] if fewer than two."""
+    """Return the numbers of the tracks that the legend names: all axes, and all parts that share a panel.
+
+    Return [] if there are fewer than two such tracks.
+    """
     shared = {curve.number for curves in panels for curve in curves if len(curves) > 1}
     named = [number for number, track in enumerate(tracks) if not track.part or number in shared]
     return named if len(named) > 1 else []

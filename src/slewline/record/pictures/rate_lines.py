@@ -63,7 +63,8 @@ def draw_rates(
 ) -> None:
     """Draw a dashed line at each rate while it was in force.
 
-    The name of a rate is written next to the panel or above its line, as the last argument selects.
+    `beside`: whether the name of a rate is written next to the panel; if not, it is written above the line
+    of the rate.
     """
     import numpy as np
 

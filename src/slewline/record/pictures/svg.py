@@ -15,8 +15,8 @@ WHERE = re.compile(rb' ([xy])="(-?[0-9.]+)"')
 def compact(svg: bytes) -> bytes:
     """Return the same drawing with shorter paths: rounded to hundredths, each line relative to its start.
 
-    Dots of one style state it once, and dots in one place are drawn once; all text shares one font
-    definition if it is in a single font.
+    A group of dots states its common style only once, and several dots in one place are drawn as one.  If
+    all text is in a single font, one definition of the font serves all text.
     """
     svg = UPRIGHT.sub(b"", PATH.sub(lambda found: b' d="%s"' % _shorter(found[1].decode()).encode(), svg))
     fonts = set(FONT.findall(svg))

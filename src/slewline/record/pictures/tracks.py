@@ -26,7 +26,8 @@ class Track:
         zero: the instant of the run that is 0 in the picture, ps.
         since, until: the first and the last known instant of the run, ps.
         over: True if the track was measured, and is drawn over the other tracks.
-        words: the meanings of parameters, keyed by parameter name, except meanings that the name states.
+        words: the meanings of parameters, keyed by parameter name; a parameter whose name already states its
+            meaning is left out.
         part: True if the track belongs to a part rather than an axis; the heading of its panel then names
             the part, unless the panel is shared.
     """
@@ -70,7 +71,10 @@ class TrackCurve:
 
     @property
     def ends(self) -> tuple[float, float]:
-        """The lowest and the highest value after the points that `rest_before` counts; (0, 0) if there is no value."""
+        """The lowest and the highest value; (0, 0) if there is no value.
+
+        The first `rest_before()` points are left out.
+        """
         import numpy as np
 
         values = self.outline.values[self.rest_before() :]

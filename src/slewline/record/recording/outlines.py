@@ -28,8 +28,9 @@ DENSE = 2  # with more edges in a stripe, a trace is a band
 def edges(recorder: Recorder, probe: Probe, start: int, stop: int) -> Edges:
     """Return as many of the recorded edges in start < t <= stop (ps) as a picture needs.
 
-    From a stripe with more than DENSE edges, only the first DENSE + 1 are returned and, if a band ends in
-    it, the stripe's last edge; from the returned edges, `logic` returns the same result as from all edges.
+    From a stripe with more than DENSE edges, only the first DENSE + 1 are returned.  If a band ends in such
+    a stripe, the last edge of the stripe is returned as well.  With these edges, `logic` returns the same
+    trace as with all edges.
 
     Raises:
         NotRecorded, TimeError: as for `Recorder.edges`.

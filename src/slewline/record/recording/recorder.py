@@ -267,7 +267,11 @@ def _level(what: Any, ps: int) -> Any:
 
 
 def _code(probe: Probe, level: Any) -> int:
-    """Return the number that represents a level in arrays; None is the net's tie or, without one, its pull."""
+    """Return the number that represents a level in arrays.
+
+    If the level is None, it is replaced by the net's tie or, without a tie, by the net's pull; a net with
+    neither is FLOATING.
+    """
     net = net_of(probe)
     if level is None:
         level = net.tie if net.tie is not None else net.pull
@@ -296,7 +300,11 @@ def columns(probe: Probe, times: Any, levels: Any) -> Edges:
 
 
 def _codes(probe: Probe, levels: Any) -> Any:
-    """Return the levels of a promise as the numbers that represent them; an array of a bus has 256 * mask + value."""
+    """Return the levels of a promise as the numbers that represent them in arrays.
+
+    If the levels of a bus are an array, each of them is 256 * (mask of driven wires) + value, or negative if
+    the bus floats.
+    """
     import numpy as np
 
     if isinstance(levels, list) or not isinstance(net_of(probe), Bus):

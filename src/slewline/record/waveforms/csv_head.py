@@ -54,10 +54,13 @@ _NUMBER = re.compile(r"\s*[+-]?(?:\d+(?:[.,](\d*))?|[.,]\d+)([eE][+-]?\d+)?\s*")
 class CsvHead:
     """The information in the header of a table.
 
-    `columns` are the numbers of the signal columns, keyed by signal name; `time` is the number of the column
-    of times, None if there is none: rows are then `factor` ps apart.  Times are in units of `factor` ps,
-    with a resolution of `unit` ps.  `marks` is the number of delimiters in a row; `rate` is the sampling
-    rate, Hz, if it is stated.
+    Attributes:
+        marks: the number of delimiters in a row.
+        columns: the numbers of the signal columns, keyed by signal name.
+        time: the number of the column of times; None: there is none, and the rows are `factor` ps apart.
+        factor: the unit of the times, ps.
+        unit: the resolution of the times, ps.
+        rate: the sampling rate, Hz; None if it is not stated.
     """
 
     delimiter: str = ","
@@ -184,7 +187,7 @@ def _numbers(cells: list[str]) -> bool:
 
 
 def _beside(head: CsvHead, lines: list[str], begin: int) -> int:
-    """Return the number of rows that begin with header cells; the first of them becomes the start of the table.
+    """Extend the table upwards by the rows that have header cells before their numbers; return how many.
 
     `begin` is the column at which the numbers begin.
     """

@@ -175,9 +175,9 @@ def levels_in(
 
 
 def _levels(seen: NDArray[np.int64]) -> tuple[int, int]:
-    """Return the bins of the two levels of a signal, lower first: its most frequent level and the other one.
+    """Return the bins of a signal's low level and high level.
 
-    Spikes are ignored.
+    One level is the bin with the most samples around it; the other is further away.  Spikes are ignored.
 
     Args:
         seen: the number of samples in each bin, (BINS,).

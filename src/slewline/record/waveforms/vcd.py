@@ -116,7 +116,7 @@ class VcdStream(WholeOrNothing):
             self._append(over - 1)
 
     def close(self) -> None:
-        """Append the remaining changes and, as the end time, the last instant; put the file in place."""
+        """Append the remaining changes, write the last instant as the end time, and put the file in place."""
         self._append(self._reached)
         end = self._reached // self.unit
         if end > self._written:
@@ -139,7 +139,10 @@ class VcdStream(WholeOrNothing):
         self._next = max(self._next, stop + 1)
 
     def _begin(self, ps: int) -> None:
-        """Write the header of the file, with the values at `ps`, the end of the first time unit."""
+        """Write the header of the file and the initial value of every variable.
+
+        The initial values are those at `ps`, which is the end of the first time unit.
+        """
         self._now = [value for source in self._sources for value in source.values_at(self._start)]
         if ps > self._start:
             self._settled([source.changes(self._start + 1, ps) for source in self._sources])
@@ -153,7 +156,7 @@ class VcdStream(WholeOrNothing):
         return f"{real(value) if kind == 'real' else string(value)} {self._ids[number]}\n"
 
     def _settled(self, changes: list[Changes]) -> list[tuple[NDArray[np.int64], Any]]:
-        """Return, for every variable, the units in which it changes, and its value at the end of each."""
+        """Return, for every variable, the file's time units in which it changes, and its value after each."""
         settled: list[tuple[NDArray[np.int64], Any]] = []
         for source, (times, values) in zip(self._sources, changes, strict=True):
             for column in source.split(values):
@@ -171,10 +174,14 @@ class VcdStream(WholeOrNothing):
     def _last(
         self, times: NDArray[np.int64], values: NDArray[Any], number: int, shared: bool
     ) -> tuple[NDArray[np.int64], NDArray[Any], int]:
-        """Return the units in which a variable changes, its value after each, and the number of changes lost.
+        """Keep only the last change of a variable in each time unit of the file.
 
-        If `shared`, `times` has the changes of all variables of the source: times at which this variable does
-        not change are dropped first.
+        If `shared`, `times` also contains the times at which only other variables of the source change.  These
+        are dropped first.
+
+        Returns:
+            The time units in which the variable changes, its value after each of them, and the number of changes
+            that were lost.
         """
         before = self._now[number]
         if shared:
@@ -183,7 +190,12 @@ class VcdStream(WholeOrNothing):
         return units, kept, len(times) - len(units)
 
     def _merged(self, changes: list[Changes]) -> tuple[ChangeTexts, NDArray[np.int64], NDArray[np.int64]]:
-        """Return a table of lines, and the units and codes of a chunk's changes, sorted by unit, then by code."""
+        """Return the changes of all variables in a chunk, in the order in which they are written.
+
+        Returns:
+            The table of the lines that may be written; for each change, its time in time units of the file, and
+            its code, which is the index of its line in the table.
+        """
         import numpy as np
 
         more: list[str] = []
@@ -252,7 +264,10 @@ def unit_of(timescale: str) -> int:
 
 
 def identifier(number: int) -> str:
-    """Return the short name of variable `number` in the file: one character up to 93 ("!" for 0), more from 94."""
+    """Return the short name of variable `number` in the file.
+
+    It has one character for the numbers 0 ("!") to 93, and more characters from 94.
+    """
     text = ""
     while True:
         number, character = divmod(number, ID_COUNT)
@@ -263,7 +278,11 @@ def identifier(number: int) -> str:
 
 
 def identifiers(variables: Iterable[Variable]) -> list[str]:
-    """Return the short names of all variables; those of strings are safe in readers that skip strings."""
+    """Return the short names of all variables in the file.
+
+    The name of a string variable never begins like an item of the file (a time, a value or a keyword),
+    because a reader that skips strings takes the name for the next item.
+    """
     names = map(identifier, count())
     return [
         next(name for name in names if variable.kind != "string" or name[0] not in MISREAD) for variable in variables
@@ -282,7 +301,11 @@ def string(text: str) -> str:
 
 
 def _joined(units: NDArray[np.int64], texts: Sequence[str]) -> tuple[NDArray[np.int64], list[str]]:
-    """Return the units that have texts and, for each unit, all its texts joined into one: none is lost."""
+    """Join the texts in the same time unit into one, separated by "; ", so that no text is lost.
+
+    Returns:
+        The units that have texts, and the text of each.
+    """
     import numpy as np
 
     together: dict[int, str] = {}

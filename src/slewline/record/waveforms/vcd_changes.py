@@ -72,9 +72,10 @@ class Changes:
 
     # --------------------------------------------------------------------------------------------------- one block
     def feed(self, place: FilePlace) -> int:
-        """Process the changes of a block that ends with a whole word; return the number of bytes processed.
+        """Process the changes in a block, which must end with a whole word; return the number of bytes processed.
 
-        The remaining bytes are the beginning of an item that continues in the next block.
+        Any remaining bytes are a value without its identifier, or an unfinished comment.  They must be put in
+        front of the next block.
 
         Raises:
             WaveformError: an item is not a valid change.
@@ -114,7 +115,7 @@ class Changes:
                 raise words.error(number, f"{quoted(word)} among the changes; allowed {known}")
 
     def _times(self, words: WordBounds, kinds: NDArray[np.int8]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Return the last time before the block and all times in it, and the index of the time of each word."""
+        """Return the last time before a block, followed by all times in it, and the index of each word's time."""
         import numpy as np
 
         named = kinds == TIME
@@ -162,9 +163,10 @@ class Changes:
             self._parts[2].append((at[string], variables[string], texts))
 
     def _named(self, words: WordBounds, where: NDArray[np.intp], scalar: NDArray[np.bool_]) -> NDArray[Any]:
-        """Return the numbers of the variables whose identifiers are in some words.
+        """Return the numbers of the variables, read from the words that contain their identifiers.
 
-        In a word that is `scalar`, the identifier follows the level; any other word is an identifier as a whole.
+        If a word is `scalar`, such as "0!", its identifier begins with the second character.  Any other word is
+        an identifier as a whole.
         """
         import numpy as np
 
@@ -181,7 +183,7 @@ class Changes:
     def _bits(
         self, words: WordBounds, where: NDArray[np.intp], variables: NDArray[Any], scalar: NDArray[np.bool_]
     ) -> NDArray[Any]:
-        """Return the values of wires and buses that some words state: numbers, FLOATING or UNKNOWN."""
+        """Return the values of wires and buses, read from the given words: numbers, FLOATING or UNKNOWN."""
         import numpy as np
 
         values = codes_of_letters()[words.letters[words.begins[where]]].astype(self._dtype)
@@ -234,7 +236,10 @@ class Changes:
 
 
 def _without_comments(place: FilePlace) -> tuple[bytes, int]:
-    """Return a block with its comments blanked out, up to any unterminated one; and the length of this text."""
+    """Return a block with its comments replaced by blanks, and the number of bytes that this text covers.
+
+    If the last comment has no end, the text stops before that comment.
+    """
     block = place.block
     if b"$comment" not in block:
         return block, len(block)

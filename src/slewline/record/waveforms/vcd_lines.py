@@ -19,7 +19,10 @@ BLOCK_ROWS = 1 << 14  # rows that the processor's cache holds
 
 
 class ChangeTexts:
-    """The texts of changes, indexed by code: first the texts for all chunks, then those for one chunk, if any."""
+    """A table of the texts of changes, such as "0!"; the index of a text in the table is its code.
+
+    The texts that any chunk may contain come first, followed by any that occur in one chunk only.
+    """
 
     def __init__(self, texts: Sequence[str]) -> None:
         import numpy as np
@@ -77,9 +80,10 @@ class ChangeTexts:
 
 @cache
 def _needed(digits: int, longest: int) -> NDArray[np.bool_]:
-    """Return masks of the needed bytes of a row, one for each text length from 0 to `longest` bytes.
+    """Return masks that select the bytes of a row which are written to the file.
 
-    The masks of all lengths for rows without a time come first, followed by those for rows with a time.
+    There is a mask for each text length from 0 to `longest` bytes: first those for rows without a time, then
+    those for rows with a time.
     """
     import numpy as np
 
@@ -90,14 +94,14 @@ def _needed(digits: int, longest: int) -> NDArray[np.bool_]:
 
 
 def _without(rows: NDArray[np.uint8], shorter: NDArray[np.intp], head: int) -> bytes:
-    """Return the bytes of all rows, leaving out the first `head` bytes of the rows numbered in `shorter`."""
+    """Return the bytes of all rows; the rows with indices in `shorter` lose their first `head` bytes."""
     flat = rows.ravel().data
     begins = (shorter * rows.shape[1]).tolist()
     return b"".join(flat[a:b] for a, b in zip([0, *(n + head for n in begins)], [*begins, len(flat)], strict=True))
 
 
 def _words(rows: NDArray[np.uint8], column: int) -> NDArray[np.uint32]:
-    """Return four columns of a byte matrix, beginning with `column`, as one column of words: (n,) uint32."""
+    """Return a view of four adjacent columns, from `column` on, as one 32-bit word per row: (n,) uint32."""
     import numpy as np
 
     words: NDArray[np.uint32] = rows[:, column : column + 4].view(np.uint32)[:, 0]
@@ -120,7 +124,10 @@ def _put_times(rows: NDArray[np.uint8], units: NDArray[np.int64], digits: int) -
 
 @cache
 def _digits(count: int, sign: str = "") -> NDArray[np.uint32]:
-    """Return all `count`-digit numbers, each after a `sign`, as words of four characters: (10**count,) uint32."""
+    """Return the text of every number of `count` digits, with `sign` before it, as a 32-bit word: (10**count,).
+
+    Texts of fewer than four characters are padded with blanks.
+    """
     import numpy as np
 
     numbers = [f"{number:0{count}d}" if count else "" for number in range(10**count)]

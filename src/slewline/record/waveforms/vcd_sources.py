@@ -34,7 +34,8 @@ BUSES = ("bits", "whole", "both")
 class Variable(NamedTuple):
     """A variable in the file.  Dots in the name separate scopes.  For a bus wire, `bus` is the name of its bus.
 
-    Of several values within a time unit of the file, the last one counts; a string with `all` keeps all.
+    If a variable has several values within one time unit of the file, only the last is written.  If `all` is
+    True, as is possible for a string, all of them are written.
     """
 
     name: str

@@ -61,9 +61,10 @@ class WordBounds:
         return out
 
     def keys(self, where: NDArray[np.intp], prefixed: NDArray[np.bool_], long: dict[bytes, int]) -> NDArray[np.uint64]:
-        """Return the identifiers in some words as numbers; `long` maps identifiers of over 8 bytes to numbers.
+        """Return, as a number, the identifier in each of the words with indices `where`.
 
-        In a word that is `prefixed`, the identifier begins with the second character.
+        An identifier of up to 8 bytes is converted to a number; for a longer one, the number is looked up in
+        `long`.  If a word is `prefixed`, its identifier begins with the second character.
         """
         import numpy as np
 
@@ -81,10 +82,13 @@ class WordBounds:
         return out
 
     def vectors(self, where: NDArray[np.intp], widths: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.intp]]:
-        """Return the values of words such as b10z1, and the indices of words that have too many bits.
+        """Return the values of words such as b10z1, and the positions in `where` of the words with too many bits.
 
         A floating bit reads 1 unless all bits float.  The value of a variable wider than MAX_BITS is UNKNOWN.
-        The indices refer to `where`; `widths` has the number of bits that each word may have.
+
+        Args:
+            where: the indices of the words.
+            widths: the number of bits of the variable to which each word belongs.
         """
         import numpy as np
 

@@ -79,7 +79,9 @@ def save_layouts(path: str | Path, variables: Sequence[Variable], view: ViewerSe
 def gtkwave_lines(dump: str, name: str, variables: Sequence[Variable], view: ViewerSetup) -> Iterator[str]:
     """Yield the lines of GTKWave's save file.
 
-    GTKWave finds the waveform file if the save file states that file's name (`dump`) and its own (`name`).
+    Args:
+        dump: the file name of the waveform.
+        name: the file name of the save file itself; GTKWave needs both names to find the waveform.
     """
     span = max(view.end - view.begin, 1) * view.scale
     marks = [(at, ascii_of(text)) for at, text in view.marks][: len(LETTERS)]
@@ -99,12 +101,18 @@ def gtkwave_lines(dump: str, name: str, variables: Sequence[Variable], view: Vie
 
 
 def _whose(scope: str, one_chip: bool) -> str:
-    """Return a prefix that sets the names in a group apart from all others: "axis2", "x", "x axis2" or ""."""
+    """Return a prefix for the names in a group, such as "axis2", "x" or "x axis2"; "" if none is needed.
+
+    The prefix distinguishes these names from the same names in other groups.
+    """
     return (scope.partition(".")[2] if one_chip else scope).replace(".", " ")
 
 
 def _gtkwave_row(row: ViewerRow, whose: str) -> Iterator[str]:
-    """Yield the lines for a row; GTKWave shows the text in +{} or, without it, the last part of the row's name."""
+    """Yield the lines of the save file for one row.
+
+    GTKWave labels the row with the text in +{}.  Without such a text, it uses the last part of the name.
+    """
     first = row.variables[0]
     alias = f"+{{{whose} {row.name.rpartition('.')[2]}}} " if whose else ""
     if first.kind == "real":

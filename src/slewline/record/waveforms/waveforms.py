@@ -284,7 +284,10 @@ class Waveforms:
         return Steps(times, signs, position + np.cumsum(signs, dtype=np.int64))
 
     def _check_known(self, pulse: str, signal: Signal, begins: tuple[int, ...]) -> None:
-        """Check that a step signal is known from its first edge on, and before that edge if it may begin a step.
+        """Check that a step signal is at 0 or 1 wherever a step might otherwise be missed.
+
+        It must be so from the first edge on.  If that edge leads to a level at which a step begins, the level
+        before it must be known too.
 
         Raises:
             UsageError: the signal floats or is unknown there.

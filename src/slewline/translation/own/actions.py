@@ -76,7 +76,10 @@ class Actions(MotionWriter):
 
     # ------------------------------------------------------------------------------------------------------------ flow
     def on_label(self, action: Label) -> list[ResultPiece]:
-        """Return the label, with a mark if the target's loops need one; forget values that may vary there."""
+        """Return the label, followed by a mark command if the target's loops need one.
+
+        The parameter values that may differ between the paths that meet at the label are no longer known.
+        """
         self.rates.joined()
         self.replaced = self.replaced or self.may_replace
         self.known_values = {name: value for name, value in self.known_values.items() if self.fixed.get(name) == value}

@@ -114,7 +114,10 @@ class ActionWriter:
         return found
 
     def unset_before(self, action: Action) -> list[ResultPiece]:
-        """Return the initial settings that the first motion needs, such as the source's reset rates; else none."""
+        """Return the settings required before the first motion or program entry, such as the source's reset rates.
+
+        For any other action, the list is empty.
+        """
         if not isinstance(action, EnterProgram | Motion):
             return []
         commands = self.rates.first(self.reset) if self.reset is not None else []
@@ -149,7 +152,11 @@ class ActionWriter:
                     self.known_values["sign"] = action.sign
 
     def in_order(self, action: Action, first: list[ResultPiece], found: list[ResultPiece]) -> list[ResultPiece]:
-        """Return the initial settings `first` before `found`, or after it if they must follow a program's entry."""
+        """Return the initial settings `first`, followed by the instructions `found`.
+
+        If `action` begins the entry of a program, and the settings can be made only inside a program, they
+        follow `found` instead.
+        """
         if first and isinstance(action, EnterProgram) and first[0].row is not None and "i" not in first[0].row.when:
             for piece in first:
                 piece.block = action.number

@@ -95,7 +95,11 @@ class Conditions:
         return self._one_input(one, to, at_start)
 
     def _all_inputs(self, inputs: tuple[Input, ...], to: str) -> list[ResultPiece]:
-        """Return a branch for each combination of levels that fulfils the condition; unused inputs count as high."""
+        """Return the branch instructions for a part whose branch command compares inputs 1 to 3 with three levels.
+
+        There is one instruction for each combination of levels that fulfils the condition.  An input that the
+        program never uses is assumed to be high; any other input that is not in `inputs` may have either level.
+        """
         given = {one.number: one.level for one in inputs}
         row = self.rows["branch_inputs"]
         wanted = [

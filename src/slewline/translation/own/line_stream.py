@@ -141,9 +141,10 @@ def acts(step: StreamStep) -> bool:
 
 
 def programs(steps: list[StreamStep], after: Action) -> Iterator[list[StreamStep]]:
-    """Yield the steps as one program, or as two if `after` acts during the last of several motions.
+    """Yield the steps as one program, or as two if the host's action `after` acts during the last motion.
 
-    The second program then begins with that motion.
+    If there are several motions, and `after` does not wait for the last one to end, the second program
+    begins with that motion.  Nothing is yielded if no step has an effect of its own.
     """
     if not any(acts(each) for each in steps):
         return
@@ -172,7 +173,8 @@ def waits(steps: list[StreamStep]) -> list[StreamStep]:
 def whole(steps: list[StreamStep], at: int, before: list[StreamStep]) -> tuple[list[StreamStep], int]:
     """Return the steps of the program entered at index `at`, and the index of the step that follows them.
 
-    The settings around the program, before and after its entry, are at its head.
+    Its head contains the settings that preceded its entry (`before`).  Settings between its entry and the
+    command that runs it are moved there as well.
     """
     enter = steps[at]
     assert isinstance(enter.action, EnterProgram)  # noqa: S101

@@ -193,7 +193,10 @@ class OwnWriter:
                 self.actions.fixed[name] = next(iter(values))  # type: ignore[assignment]
 
     def _show_ends(self, actions: list[Action]) -> None:
-        """Choose an unused output to show the end of programs, if the host waits for it and nothing else shows it."""
+        """Choose an unused output to show the end of a program, if one is needed.
+
+        It is needed if the host waits for a program to end, and the target shows the end in no other way.
+        """
         free = [number for number in (3, 2, 1) if number not in self._used()["outputs"]]
         waits = any(
             isinstance(action, HostDirective) and waits_for_end(action.text, self.source, PROGRAM_OVER)

@@ -72,7 +72,11 @@ class Directives:
         return self._pin(*match.groups())
 
     def _pin(self, verb: str, chip: str | None, name: str, level: str | None, rest: str) -> list[str] | str:
-        """Return the target's form of a directive about a pin (of `chip`, if named), or a text on why it has none."""
+        """Translate a directive about a pin of the source's part.
+
+        Returns:
+            The directives for the target; or, if there are none, a text stating why.
+        """
         chip = chip or ""
         theirs = pin_of(self.source, name)
         if theirs is None:
@@ -132,7 +136,11 @@ def at_rest(sheet: Sheet) -> str:
 
 
 def waiting(sheet: Sheet, roles: tuple[str, ...]) -> str:
-    """Return the directive that waits for the first pin found for `roles` or, for a module, until it is ready."""
+    """Return the directive that waits until a part is ready.
+
+    For a module, this is "@until ready".  For any other part, it waits for the pin that has the first of
+    the `roles` that the part's pins have.
+    """
     if sheet.acting("state"):
         return "@until ready"
     pin = next(pin for role in roles if (pin := sheet.role(role)) is not None)

@@ -115,7 +115,10 @@ class MotionWriter(ActionWriter):
         return found
 
     def sets(self, kind: type[Action]) -> bool:
-        """Return whether the source has a separate command for the distance or direction, whichever `kind` sets."""
+        """Return whether the source sets the distance or the direction with a separate command.
+
+        `kind` is SetDistance for the distance, or SetDirection for the direction.
+        """
         return ("distance" if kind is SetDistance else "plus") in rows_by_role(self.source)
 
     def on_moveto(self, action: MoveTo) -> list[ResultPiece]:

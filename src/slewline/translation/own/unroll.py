@@ -103,7 +103,10 @@ def executed(block: list[StreamStep], at: str, most: int) -> list[StreamStep]:
 
 
 def outside(step: StreamStep, here: int, seen: set[int]) -> StreamStep:
-    """Return a program's step as a host command, without a comment if the step's index `here` is in `seen`."""
+    """Return a step of a stored program as a host command.
+
+    Its comment is left out if the step has been executed before, that is, if its index `here` is in `seen`.
+    """
     action: Action | None = step.action
     return StreamStep(None if action is None else replace(action, block=-1), step.line, step.first and here not in seen)
 

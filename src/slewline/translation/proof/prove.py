@@ -103,7 +103,11 @@ def played(program: Program, text: str, crystal_hz: int | None = None) -> Played
 
 
 def around(scene: Scene, source: Played) -> dict[str, str]:
-    """Return the settings for reading the result back, so that its inputs change like those of the source."""
+    """Return the settings with which the result is read back, as text.
+
+    They make its inputs change in the same way as those of the source.  If the run of the source was cut
+    off, they also limit the number of events.
+    """
     found = {
         "waits": " ".join(map(str, scene.inputs)),
         "inputs": " ".join(f"{number}={level}" for number, level in scene.start),

@@ -272,7 +272,7 @@ class _Processor:
             self.at = to
 
     def _met(self, command: _Command, to: int) -> None:
-        """End a wait loop by recording that its input has the expected level; the loop starts at index `to`.
+        """Leave the wait loop that starts at index `to`, and record that its input has the expected level.
 
         This is called only if no inputs are listed to change in turn.
         """

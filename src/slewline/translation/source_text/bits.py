@@ -1,8 +1,8 @@
-"""The outputs and inputs of parts whose commands select them by a number that contains a bit number.
+"""The outputs and inputs of parts whose commands select a bit, and its level, by a single number.
 
-A number below 40 hexadecimal selects a single bit: its low three bits are the number of that bit, and
-bit 4 of the number is set for a low level.  The outputs that a program uses are numbered in the order of
-their bits, and so are the inputs.
+A number below 40 hexadecimal selects a single bit.  Its low three bits give the number of that bit, and
+its bit 4 is set for a low level.  The outputs that a program uses are numbered in the order of their
+bits, and so are the inputs.
 """
 
 from __future__ import annotations

@@ -119,9 +119,11 @@ class RoleReader:
         return {**common, "profile": self.profile(before, axis), "begins": before.get((axis, "position"))}
 
     def on_move(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
-        """Yield a motion by the command's own number of steps or, if it has none, as defined by earlier settings.
+        """Yield a motion.
 
-        The settings make it a relative move, an endless run, or a move to a target.
+        If the command states a number of steps, the motion is a relative move by that number.  Otherwise,
+        earlier settings make it a relative move, an endless run, or a move to a target; if that move would make
+        the position register overflow, the action is a `Special`.
         """
         axis = int(str(common["axis"]))
         its = self.motion(before, common)
@@ -308,7 +310,8 @@ class RoleReader:
     def on_leave(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
         """Yield the action that ends the entry of a program.
 
-        Outside program entry, yield the action that runs the entered program, if the command does so.
+        If no program is being entered, the command instead runs the entered program, provided that it is a
+        command that starts programs; otherwise there is no action.
         """
         ends = any(block.quit is statement for block in self.source.blocks)
         if ends:

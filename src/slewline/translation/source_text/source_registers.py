@@ -65,9 +65,10 @@ class KnownRegisterValues:
         return frozenset(found.items())
 
     def _follow(self) -> None:
-        """Follow the text in the order of sending; follow a stored program at the host command that runs it.
+        """Find the register values at each command: follow the commands in the order in which the host sends them.
 
-        A program that is never run is followed after its entry, from its start.
+        A stored program is followed at the host command that runs it.  A program that is never run is followed
+        from its start, once its entry has ended.
         """
         states: list[State] = [self.initial()]
         blocks, block, ran = iter(self.source.blocks), None, True
@@ -157,9 +158,10 @@ class KnownRegisterValues:
             state.pop(place, None)
 
     def _reach(self, position: int, axis: int, state: dict[Key, int]) -> None:
-        """Set the position in `state` to that reached by a motion, and the direction to that of the motion.
+        """Update `state` for a motion that ends at `position`: set the position, and the direction of the motion.
 
-        The direction remains set after the motion; it is removed if the position before the motion is not known.
+        The direction stays in effect after the motion.  It becomes unknown if the position before the motion is
+        not known.
         """
         here = state.get((axis, "position"))
         if here is None:

@@ -63,11 +63,16 @@ class Fork:
 
 @dataclass(frozen=True)
 class Stage:
-    """A piece of a program: its actions, and the number of the piece that follows, or -1 at the program's end.
+    """A piece of a program, and the rule that selects the piece that follows it.
 
-    The piece `to` follows.  If there are `inputs`, it follows only if all inputs have their given levels; if
-    `passes` is not 0, only until this piece has been run `passes` times.  When `to` does not follow, the
-    piece `below` does.
+    Attributes:
+        number: the number of the piece.
+        body: the actions of the piece.
+        to: the number of the piece that normally follows; -1: the program ends.
+        below: the number of the piece that follows if `to` does not; -1: the program ends.
+        inputs: if not empty, `to` follows only if all these inputs have their given levels.
+        passes: if not 0, `to` follows only until this piece has been run `passes` times.
+        line: the line of the source.
     """
 
     number: int

@@ -184,7 +184,10 @@ class LanguageWriter(ABC):
         self.handed_over(block)
 
     def handed_over(self, block: int) -> None:
-        """Record the known rates and ramps with which a stored program starts; after its run, none are known."""
+        """Record the rates and ramps that are known when a stored program is run; after the run, none are known.
+
+        If several commands run the program with different values, none are known at its start.
+        """
         self.ran_with[block] = dict(self.known) if self.ran_with.get(block, self.known) == self.known else {}
         self.known = {}
 

@@ -85,7 +85,11 @@ class Pieces:
         return name
 
     def _flow(self, tree: Sequence[Node], name: str, then: str, leave: str) -> None:
-        """Put nodes into piece `name` and its successors, which lead to `then`, or to `leave` if the program ends."""
+        """Put the nodes of `tree` into the piece `name` and into further pieces that follow it.
+
+        The last of these leads to the piece or decision `then`.  Where the program ends before that, `leave`
+        follows.
+        """
         piece = self.pieces[name]
         for place, node in enumerate(tree):
             if simple(node):
@@ -99,7 +103,10 @@ class Pieces:
         piece.then = then
 
     def _cut(self, node: Node, after: str, leave: str) -> str:
-        """Return the name of the first piece or decision for a node that is not `simple`; `after` follows the node."""
+        """Cut a node that is not `simple` into pieces and decisions, and return the name of the first of them.
+
+        The node is followed by the piece `after`, or by `leave` where the program ends.
+        """
         match node:
             case WaitInput():
                 return self._decision(to=after, inputs=(node.input,), waits=True, line=node.line)

@@ -79,7 +79,8 @@ class Draft:
 def with_comments(lines: Iterable[Line], out: Sequence[OutLine], comment: Callable[[str], str]) -> list[OutLine]:
     """Return the lines of a result, with the source's comments added.
 
-    A comment is put on a line that was written for its source line, or else before the code that follows.
+    The comment of a source line is put on the result line written for that source line.  If there is none,
+    it becomes a line of its own, before the code that follows.
     """
     found = list(out)
     for line in lines:
@@ -150,7 +151,7 @@ def seconds(ps: float) -> str:
 
 
 def digits_for(steps_per_mm: float) -> int:
-    """Return the number of decimals that resolve an eighth of a step in mm; as an exception, 0 for 1 mm steps."""
+    """Return the number of decimals that resolve an eighth of a step in mm; 0 if one step is exactly 1 mm."""
     return max(0, math.ceil(math.log10(steps_per_mm * 8))) if steps_per_mm != 1 else 0
 
 
@@ -201,7 +202,10 @@ class RegisterCache:
                 pass
 
     def _changed(self, action: SetProfile) -> Profile | None:
-        """Return the known profile, updated by a setting whose own `profile` is None; None if unknown."""
+        """Return the profile after a setting whose own `profile` is None, or None if it is not known.
+
+        It is found by applying the new value to the profile before the setting, if that is known.
+        """
         old = self.profile
         if old is None or action.value is None:
             return None
@@ -225,10 +229,15 @@ class RegisterCache:
 
 
 def unspoken(sheet: Draft, action: Action, keeps: str, language: str) -> bool:
-    """Record the verdict on an action if no target has a command for its kind; return whether that is so.
+    """Record the verdict on an action for which no language has a command; return whether it is such an action.
 
-    Such actions are host directives, queries and saving.  `keeps` is the report text for saving a program,
-    `language` the name of the target's language, whose limits the report states.
+    Such actions are host directives, queries, stops, saving or erasing a program, special commands, and the
+    settings that a motion includes.
+
+    Args:
+        sheet: the record of the verdicts.
+        keeps: the report text for a command that saves a program.
+        language: the name of the target's language, for the texts about its limits.
     """
     match action:
         case HostDirective():

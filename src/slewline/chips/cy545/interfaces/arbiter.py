@@ -112,7 +112,10 @@ class InputArbiter:
         return self.pending
 
     async def _first(self, running: bool) -> int:
-        """Return the next byte from the side that owns or requests the chip; -1 if the request was withdrawn."""
+        """Return the next byte from the owner of the chip or, if it has none, from the side that begins a command.
+
+        The result is -1 if the parallel host has withdrawn its request.
+        """
         if self.owner is not None:
             return await self.byte()
         if not self.port.asked:

@@ -130,8 +130,8 @@ class LocalBus:
     async def _begin(self) -> int:
         """Wait until the host has removed its byte from the bus; return the tick at which a cycle then begins.
 
-        Once BUSY has fallen, a host holds its byte on the bus until it raises IO_REQUEST; while its request is
-        unanswered, it leaves the bus open.
+        While BUSY is low, a host holds its byte on the bus until it raises IO_REQUEST.  A host whose request has
+        not been answered does not drive the bus here.
         """
         chip = self.chip
         if self.busy.is_active and self.request.is_active:

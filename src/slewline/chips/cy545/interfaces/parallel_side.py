@@ -20,9 +20,9 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Protocol
 
 from ....core.datasheet.channel import FlowBus
-from ....core.wires.handshake import Handshakes, HandshakeStage, suspended
+from ....core.wires.handshake import Handshakes, HandshakeStage
 from ....core.wires.handshaken_bytes import ByteTimes, HandshakenBytes
-from ....core.wires.waits import first_of, level, next_round, until
+from ....core.wires.waits import first_of, level, next_round, suspended, until
 
 if TYPE_CHECKING:
     from ....core.context import ChipContext
@@ -44,7 +44,7 @@ class FlowReader(Protocol):
         """True if a command begins with the next byte."""
 
     def kept(self, data: bytes, at: int) -> int:
-        """Return the number of bytes of `data`, from index `at` on, that are merely stored as part of a command.
+        """Return how many bytes of `data`, from index `at` on, the chip would only store as part of a command.
 
         Return -1 if the bytes must arrive singly, not combined into one value (handshake.py).
         """
@@ -192,7 +192,10 @@ class ParallelPort:
             self.exchange.taken()  # type: ignore[union-attr]
 
     def takes(self, data: bytes, at: int) -> int:
-        """Return how many bytes, from index `at` on, the port accepts as one value; it acts on the last of these."""
+        """Return how many bytes of `data`, from index `at` on, the port accepts as one value; 0 if none.
+
+        The chip only stores these bytes, except the last one, on which it acts.
+        """
         if not self.awaiting or self.token != self.task.token:  # woken, and about to continue
             return 0
         if self.first is not self.at_letter or self.bits.shared == "CTS":
@@ -205,7 +208,7 @@ class ParallelPort:
         self.chip.idle = self.host_is_next = False
 
     def reached(self, number: int, stage: HandshakeStage) -> int | None:
-        """Set the state to a stage of the handshake of byte `number`; all bytes before that one have been received.
+        """Continue from a stage of the handshake of byte `number`; all bytes before that one have been received.
 
         Returns the time at which the firmware continues (ps); None if it waits for IO_REQUEST.
         """
@@ -231,9 +234,9 @@ class ParallelPort:
         return self.kernel.now
 
     def counted(self, low: bool) -> None:
-        """Record the number of changes of IO_REQUEST up to the last byte's request.
+        """Record how many times IO_REQUEST had changed when it fell for the last byte.
 
-        If `low` is true, the last byte's request is still active.
+        If `low` is false, IO_REQUEST has risen since that fall; the rise is not counted.
         """
         self.served = self.request.changes - (not low)
 
@@ -245,7 +248,7 @@ class ParallelPort:
         return byte
 
     def kept(self) -> bytes:
-        """Remove and return all bytes received as one value except the last; they are merely stored in a command."""
+        """Remove and return all bytes that have arrived as one value, except the last one, on which the chip acts."""
         return bytes([self.come.popleft() for _ in range(len(self.come) - 1)])
 
     def catch_up(self) -> str:

@@ -124,7 +124,7 @@ class UserBits:
     def single(self, argument: int, match: bool) -> tuple[str, int] | None:
         """Return the one user pin that an argument selects, and the level at which `matches` returns `match`.
 
-        None if the argument concerns several pins or the data bus.
+        Return None if the argument selects several pins, or the data bus.
         """
         if argument & 0xC0 or argument & sheet.DATA_BUS:
             return None

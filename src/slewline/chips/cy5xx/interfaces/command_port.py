@@ -17,10 +17,10 @@ from typing import Protocol
 
 from ....core.context import ChipContext
 from ....core.time.kernel import Task
-from ....core.wires.handshake import Handshakes, HandshakeStage, suspended
+from ....core.wires.handshake import Handshakes, HandshakeStage
 from ....core.wires.handshaken_bytes import ByteTimes, HandshakenBytes
 from ....core.wires.net import Net, Wave
-from ....core.wires.waits import first_of, level, until
+from ....core.wires.waits import first_of, level, suspended, until
 from .family_lines import line_in, line_out
 from .readout import ReadOut
 
@@ -112,7 +112,9 @@ class BusPort:
 
     # ------------------------------------------------------------------------------------------------------------ bytes
     async def next_byte(self, idle: bool, live: bool) -> int:
-        """Output any verify bytes requested; return the next byte, or -1 if an input in `others` ends the wait.
+        """Output any verify bytes requested; return the next byte from the host.
+
+        Return -1 if one of the inputs in the attribute `others` ends the wait for a command.
 
         Args:
             idle: the chip has nothing to do until the byte arrives.
@@ -211,9 +213,9 @@ class BusPort:
         return self.stage
 
     def takes(self, data: bytes, at: int) -> int:
-        """Count the bytes of `data`, from index `at` on, that can be received now as one value.
+        """Return how many bytes of `data`, from index `at` on, the port accepts as one value; 0 if none.
 
-        All but the last of these bytes are merely stored as part of a command.
+        The chip only stores these bytes, except the last one, on which it acts.
         """
         if not self.awaiting or self.token != self.task.token:  # woken, and about to continue
             return 0
@@ -231,7 +233,7 @@ class BusPort:
             self.ascii = self.mode.level == 1
 
     def reached(self, number: int, stage: HandshakeStage) -> int | None:
-        """Set the port's state to `stage` of the handshake of byte `number`; all earlier bytes have been received.
+        """Continue from a stage of the handshake of byte `number`; all bytes before that one have been received.
 
         Returns the time at which the firmware continues (ps); None if it waits for I/O REQUEST.
         """
@@ -254,9 +256,9 @@ class BusPort:
         return self.busy_ps
 
     def counted(self, low: bool) -> None:
-        """Record how often I/O REQUEST has changed up to its fall for the last byte.
+        """Record how many times I/O REQUEST had changed when it fell for the last byte.
 
-        If `low`, I/O REQUEST is still low from that request.
+        If `low` is false, I/O REQUEST has risen since that fall; the rise is not counted.
         """
         self.accepted = self.request.changes - (not low)
 

@@ -83,7 +83,7 @@ class Motion:
         raise NotImplementedError
 
     async def ordered(self) -> None:
-        """Wait until the first step's conditions, except STEP INHIBIT, are met; the motion's lines are already set."""
+        """Wait until the inputs, except STEP INHIBIT, allow the first step; the motion's outputs are already set."""
 
     def watched(self) -> list[tuple[Net, int]]:
         """Return the inputs to watch now, each with a level: only a change to this level matters."""
@@ -271,7 +271,7 @@ class Motion:
         return (train.end(step + 1) - self.high, self.hold) if step < train.steps else (end, None)
 
     async def hold(self) -> bool:
-        """If STEP INHIBIT is high, hold PULSE at the end of a step until the input is low; then end the step.
+        """Delay the end of a step while STEP INHIBIT is high; PULSE stays low meanwhile.
 
         Returns whether the step has become longer.
         """

@@ -98,7 +98,7 @@ class Instructions(instructions.ParameterHandlers):
 
 
 class Motion(motion.Motion):
-    """Motions whose ideal course consists of the rates of their own plan."""
+    """The motions of the parts with slopes; their ideal course is the plan itself."""
 
     registers: Registers
     law: Law

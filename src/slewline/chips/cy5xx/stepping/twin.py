@@ -94,7 +94,7 @@ class Stepwise:
         raise NotImplementedError
 
     async def ordered(self) -> None:
-        """Wait until the first step's conditions, except STEP INHIBIT, are met."""
+        """Wait until the inputs, except STEP INHIBIT, allow the first step."""
 
     def coming(self) -> TwinStep | None:
         """Return the next step; None when the target is reached."""

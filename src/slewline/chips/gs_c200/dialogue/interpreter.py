@@ -1,4 +1,4 @@
-"""Work other than the host's lines: the stored program, a homing run, an instruction outside a program.
+"""The execution of the stored program, of a homing run, and of an instruction outside a program.
 
 An instruction acts at the end of its execution time.  Therefore an output is active for a visible time
 even if one instruction activates it and the next instruction clears it.

@@ -195,10 +195,11 @@ class Motion:
         self.lines.clock.play(StrobeView(self.playing, self.width))
 
     async def until_sample(self, stop: int, steps: int, switch: Net | None) -> int:
-        """Wait until the next decision, while pulses are output; return the step that is then about to begin.
+        """Wait until the next decision, while pulses are output; return the number of the step that is due then.
 
-        The decision is due at the start of step `stop`, or at the end of the last pulse if the plan ends there;
-        if an input changes earlier, the decision is at the start of the step that follows this change.
+        The decision is due at the start of step `stop`; if the plan ends before that step, it is due at the end
+        of the last pulse.  If an input changes earlier, the decision is due at the start of the first step after
+        this change.
         """
         kernel, playing = self.kernel, cast("Playing", self.playing)
         train, lines = playing.train, self.lines

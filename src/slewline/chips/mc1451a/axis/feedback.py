@@ -55,8 +55,9 @@ class Feedback:
     def errors_coming(self, n: int, window: CountWindow) -> NDArray[np.int64]:
         """Return the position errors that `read` will compute in the cycles after `n`, within the window: int64.
 
-        `n` is the last cycle that was read.  The axis is processed at the end of its present run in any
-        case, so the run may be assumed to continue throughout the window.
+        `n` is the last cycle that was read.  The errors are those that result if the present run lasts for the
+        whole window.  If it ends earlier, they are wrong from that point on, but the axis is processed when a
+        run ends in any case.
         """
         import numpy as np
 

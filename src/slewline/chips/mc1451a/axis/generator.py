@@ -67,7 +67,7 @@ class ProfileGenerator:
 
     # ---------------------------------------------------------------------------------------------------- begin and end
     def set_out(self, distance: int) -> None:
-        """Begin a motion in the present profile mode; if a motion is already in progress, set its aim again.
+        """Begin a motion in the present profile mode; a motion in progress gets the aim of this mode.
 
         `distance`, the signed distance to the destination, is used for an S-curve only.
         """
@@ -83,7 +83,7 @@ class ProfileGenerator:
             self.done = 0
 
     def slow_down(self, n: int) -> None:
-        """Begin a smooth stop in cycle `n`: make rest the aim or, in an S-curve, shorten the phases."""
+        """Begin a smooth stop in cycle `n`: change the aim to "stop" or, in an S-curve, shorten the phases."""
         if self.aim != "curve":
             self.aim, self.fresh = "stop", True
             return
@@ -162,7 +162,7 @@ class ProfileGenerator:
         return Linear(run.speed, run.change), run
 
     def contour(self, velocity: int) -> CycleRun:
-        """Return the next run of velocity contouring; `velocity`, signed, is that of the previous cycle."""
+        """Return the next run of velocity contouring; `velocity` is the signed velocity of the previous cycle."""
         acceleration = self.state.active.acceleration
         if acceleration * velocity < 0:  # it reverses; below s immediately, even if s is above V
             self.limits = MoveLimits(self.limits.velocity, self.limits.acceleration, self.start_velocity)

@@ -45,11 +45,11 @@ class Horizon:
         return min(due, self.breakpoint_due(n), self.error_due(n))
 
     def passes(self, law: Law, distance: int, turns: int = 0) -> int:
-        """Return the first cycle at whose start the present run has reached a position.
+        """Return the first cycle at whose start the present run has reached a position; NEVER if there is none.
 
-        `distance` is the position in 1/65536 step, counted from zero in the direction of the run; `turns` times
-        the range of the target (2^31 steps) is added to it.  The result is NEVER if the run does not reach the
-        position, or if it began at that position or beyond it.
+        The position is `distance`, in 1/65536 step, plus `turns` times the range of the target (2^31 steps).  It
+        is counted from position 0, and is positive in the direction of the run.  The result is also NEVER if
+        the run began at the position or beyond it.
         """
         pulses = self.pulses
         missing = distance + turns * RANGE - pulses.sign * pulses.x0

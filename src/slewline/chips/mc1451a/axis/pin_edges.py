@@ -25,8 +25,9 @@ from ....core.wires.pin import Terminal
 
 
 class PinEdges:
-    """The edges of a pin's wire after the last `begin`; a change at that instant only sets the first level.
+    """The edges of a pin's wire after the last `begin`.
 
+    A level change at the instant of `begin` is not an edge; it only determines the first level.
     `on_change` is called when a driver of the wire changes its level or its promise; the new edges can be
     read in the kernel's next round.
     """

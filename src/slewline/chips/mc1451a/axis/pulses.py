@@ -30,11 +30,11 @@ RANGE = 1 << 47  # of the target: 2^31 steps
 
 
 class TargetLaw(NamedTuple):
-    """The law that the target follows from cycle `first` on; `law` is None at rest.
+    """The law that an axis's target follows from cycle `first` on; `law` is None at rest.
 
-    `law` counts its cycles and distances from cycle `since`, in which the target is `x0`.  `curve` holds the
-    phases of an S-curve; under any other law the speed changes by at most `acceleration` per cycle, except
-    in jumps.
+    `law` counts its cycles from cycle `since`, and its distances from `x0`, the target at the start of that
+    cycle.  `curve` holds the phases of an S-curve.  Under any other law, `acceleration` is the maximum
+    change of speed per cycle; only a jump in speed, such as a start velocity, may exceed it.
     """
 
     first: int
@@ -78,9 +78,9 @@ class Pulses:
         self.playing: Playing | None = None
 
     def move(self, n: int) -> bool:
-        """Set the target at the start of cycle `n`, and that cycle's speed: after a run, the run's last speed.
+        """Set the target and the velocity at the start of cycle `n`; return whether the target's range has wrapped.
 
-        Return whether the target has passed an end of its range.
+        If the run is already over, the velocity is that of its last cycle.
         """
         state, law = self.state, self.law
         if law is None:

@@ -81,7 +81,10 @@ class Trajectory:
         self.due = self.horizon.after(n)
 
     def arrive(self, n: int) -> None:
-        """Set the registers for the start of cycle n; if the run is over, end it; if it has landed, end the motion."""
+        """Set the registers for the start of cycle n, and end a run that is over.
+
+        If that run has reached the destination, the motion ends too.
+        """
         if n:
             self.feedback.read(n - 1)  # level in the previous cycle, if it was read then
         pulses = self.pulses

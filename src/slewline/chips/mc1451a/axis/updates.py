@@ -28,7 +28,7 @@ FIXED = {mode: tuple(REGISTERS[name] for name in names) for mode, (_, names) in 
 
 
 class Updates:
-    """The handler of the values written by commands: it reads them in a cycle, and begins and ends motions."""
+    """The part of an axis that applies the values written by commands, and begins and ends motions."""
 
     def __init__(
         self,
@@ -43,7 +43,7 @@ class Updates:
         self.feedback, self.switches, self.gear, self.log = feedback, switches, gear, generator.log
 
     def begin(self) -> None:
-        """Begin after a reset: no omission has been reported."""
+        """Begin after a reset: no unset register has been reported yet."""
         self.omitted: list[str] = []  # registers named in the finding, without which the axis does not start
 
     def settings(self, n: int) -> None:

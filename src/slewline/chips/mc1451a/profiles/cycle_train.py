@@ -45,11 +45,15 @@ NEAREST_BITS = 0x4338 << 48
 # ------------------------------------------------------------------------------------------------------------- answers
 @dataclass(frozen=True)
 class Cycles:
-    """An axis's targets cycle by cycle, `per_second` cycles per second; arrays are (n,) int64, `phases` int8.
+    """The targets and velocities of an axis, cycle by cycle.
 
-    `numbers` are the cycles' numbers; `times_ps` their start times; `targets` the targets at these times,
-    1/65536 step; `velocities` the target velocities, 1/65536 step per cycle; `phases` the phases of
-    S-curves, 1 to 7 (0: none).
+    Attributes:
+        per_second: the number of cycles per second.
+        numbers: the numbers of the cycles: (n,) int64.
+        times_ps: the instant at which each cycle begins: (n,) int64, ps.
+        targets: the target at the start of each cycle: (n,) int64, 1/65536 step.
+        velocities: the velocity of the target in each cycle: (n,) int64, 1/65536 step per cycle.
+        phases: the phase of the S-curve in each cycle, 1 to 7; 0 without an S-curve: (n,) int8.
     """
 
     per_second: float
@@ -79,7 +83,10 @@ class Cycles:
 
 # --------------------------------------------------------------------------------------------------------------- laws
 class Law(Protocol):
-    """The distance covered before each cycle: 0 before cycle 0, then 0 to 512 steps more with every cycle."""
+    """A law of motion: it gives the distance covered before each cycle, which is 0 before cycle 0.
+
+    In each cycle the distance grows by a displacement of 0 to 512 steps.
+    """
 
     @property
     def steady(self) -> int:
@@ -157,7 +164,7 @@ class CycleTrain(Train):
 
     @property
     def halves(self) -> CycleTrain:
-        """The same movement in half steps: PULSE rises at even ones and falls at odd ones, counting from 0."""
+        """The same movement in half steps, counted from 0: PULSE rises at even half steps and falls at odd ones."""
         return CycleTrain(self.clock, self.origin, self.law, self.cycles, self.lead, self.cycle, self.unit // 2)
 
     def positions(self, i: int, j: int) -> NDArray[np.int64]:
@@ -270,12 +277,14 @@ class CycleTrain(Train):
     def _parts(self, first: int, out: NDArray[np.int64]) -> Iterator[tuple[int, NDArray[np.int64]]]:
         """Fill `out` with the start ticks of the steps from step `first` on, and yield it in parts.
 
-        With each part comes its origin, from which its ticks count.  Step number m of a part, counted from 1,
-        begins on tick ceil(m * scale + rest), where scale and rest are fractions n/d, d being the displacement
-        of the step's cycle.  If 1/2 - 1/2d is added to the sum, rounding to the nearest integer gives the same
-        tick, and the sum is at most 1/2 - 1/2d from that integer.  As floats, m * scale and rest are at most
-        2^45/d each; whole ticks, up to 2^23, may be added to rest.  So the rounding error of both is less than
-        2^-6/d + 2^-28, which is less than 1/2d, the margin that remains.
+        Each part comes with its origin, from which its ticks are counted.  Step m of a part, counted from 1,
+        begins on tick ceil(x), where x = m * scale + rest.  Both scale and rest are fractions with the
+        denominator d, the displacement of the step's cycle; so x is a multiple of 1/d.
+
+        Therefore ceil(x) is the integer nearest to y = x + 1/2 - 1/(2d), and y is at most 1/2 - 1/(2d) from it.
+        So y may be computed in floats, if the rounding error is less than 1/(2d).  This is so: m * scale and
+        rest are at most 2^45/d each, and rest may also contain up to 2^23 whole ticks, so the error is less than
+        2^-6/d + 2^-28.
 
         Everything is done in place, because allocating memory for another array takes longer than filling it.
         """
@@ -296,14 +305,20 @@ class CycleTrain(Train):
             yield since, part
 
     def _steady(self, first: int, last: int) -> Iterator[tuple[int, int, Any, Any, None]]:
-        """Yield the parts at constant speed: number of steps, origin, scale and rest (for all steps), None."""
+        """Yield the parts at constant speed as (number of steps, origin, scale, rest, None).
+
+        Scale and rest are numbers that apply to all steps of the part.
+        """
         speed = self.law.steady
         for a in range(first, last, BLOCK):
             since, rest = divmod((a * self.unit - self.lead) * self.cycle, speed)
             yield min(BLOCK, last - a), since, self.unit * self.cycle / speed, (rest - 0.5) / speed + 0.5, None
 
     def _uneven(self, first: int, last: int) -> Iterator[tuple[int, int, Any, Any, Any]]:
-        """Yield the parts at varying speed: number of steps, origin; each cycle's scale, rest and number of steps."""
+        """Yield the parts at varying speed as (number of steps, origin, scales, rests, steps).
+
+        The last three are arrays with an item for each cycle: its scale, its rest and its number of steps.
+        """
         import numpy as np
 
         end = self._cycle(last * self.unit - self.lead) + 1

@@ -141,7 +141,10 @@ def holds(same: Callable[[int], bool], guess: int) -> int:
 
 
 def brake(limits: MoveLimits, speed: int, floor: int = 0) -> CycleRun:
-    """Return the next run of a deceleration to `floor` (0: to s, then to rest); if at rest, a run at speed 0."""
+    """Return the next run of a deceleration to the speed `floor`; if at rest, return a run at speed 0.
+
+    If `floor` is 0, the speed falls to s first, and then to zero.
+    """
     a, s = limits.acceleration, limits.start
     if floor:
         if speed - a <= floor:
@@ -172,9 +175,9 @@ def contour(limits: MoveLimits, speed: int) -> CycleRun:
 class Phases(NamedTuple):
     """An S-curve, defined by the durations of its phases, which may end within a cycle.
 
-    Times are in 2^-PLACES cycle.  Up to the end of phase 2, positions are counted from the start; in phases
-    3 to 5, from the straight line that phase 4 follows; in phases 6 and 7, back from the destination.  So
-    the error from rounding the times, less than 2^-30 of 1/65536 step, does not accumulate.
+    Times are in 2^-PLACES cycle.  In phases 1 and 2, positions are computed from the start; in phases 3 to
+    5, as deviations from the straight line that phase 4 follows; in phases 6 and 7, back from the
+    destination.  So the error from rounding the times, less than 2^-30 of 1/65536 step, does not accumulate.
     """
 
     jerked: int  # phases 1, 3, 5, 7
@@ -198,7 +201,7 @@ class Phases(NamedTuple):
 
     @property
     def peak(self) -> int:
-        """The highest velocity, that of phase 4, in 1/65536 step per cycle with 16 + 2 * PLACES binary places."""
+        """The highest velocity, that of phase 4, in 1/65536 step per cycle divided by 2^(16 + 2 * PLACES)."""
         fast = self.jerked + self.steady
         reached = min(self.jerk * self.jerked, self.acceleration << 16 + PLACES)
         return min(self.velocity << 16 + 2 * PLACES, reached * fast)
@@ -255,10 +258,11 @@ class Phases(NamedTuple):
         return JerkPiece(cycle, phase, position, speed, change, j << PLACES - 16)
 
     def _state(self, phase: int, t: int) -> tuple[int, int, int, int]:
-        """Return six times the position, twice the velocity, the acceleration and the jerk at time `t`, in a phase.
+        """Return six times the position, twice the velocity, the acceleration and the jerk at a time in a phase.
 
-        The jerk has 16 binary places, the acceleration 16 + PLACES, the velocity 16 + 2 * PLACES, the position
-        16 + 3 * PLACES.  So all four are exact.
+        All are integers, and so exact.  The position is in 1/65536 step, divided by 2^(16 + 3 * PLACES); the
+        velocity is in 1/65536 step per cycle, divided by 2^(16 + 2 * PLACES).  The divisor is 2^(16 + PLACES)
+        for the acceleration (per cycle^2), and 2^16 for the jerk (per cycle^3).
         """
         t1, j = self.jerked, self.jerk
         if phase <= 2:

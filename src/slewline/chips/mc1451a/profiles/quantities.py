@@ -180,7 +180,10 @@ class Acceleration(Quantity):
         return Outline(np.array(times, np.int64), np.array(values, np.float64) + 0.0)
 
     def staircase(self, start: int, stop: int) -> Outline:
-        """Return the outline between two instants (ps), with one point per cycle where the value changes linearly."""
+        """Return the outline between two instants (ps) as a staircase, in which each value holds until the next.
+
+        Where the value changes linearly, there is one point per cycle, at the start of the cycle.
+        """
         import numpy as np
 
         stretches = self.forces.stretches(start, stop)

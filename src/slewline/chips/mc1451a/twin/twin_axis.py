@@ -99,7 +99,7 @@ class TwinAxis:
             self.state.events |= bit
 
     def defer(self, what: Callable[[], object]) -> None:
-        """Call a function later within this instant, after any step due at this instant counts as made."""
+        """Call a function later within this instant, after any step due at this instant has been counted."""
         if not self.deferred:
             self.chip.kernel.call_at(self.chip.kernel.now, self.apply_deferred)
         self.deferred.append(what)

@@ -156,7 +156,7 @@ class TwinSCurve:
         return 1 + sum(end <= cycle for end in self.ends)
 
     def load(self, phase: int, cycle: int) -> list[int]:
-        """Return the registers at the start of a cycle: rounded up while the axis accelerates, then down."""
+        """Return the four registers at the start of a cycle: rounded up in phases 1 to 3, otherwise rounded down."""
         if phase == 8:
             return [int(self.end * FINE // 1), 0, 0, 0]
         numbers = [self.place(phase, Fraction(cycle + i)) * FINE for i in range(4)]

@@ -115,10 +115,11 @@ class FlowPort:
             self.bytes.feed(exchange.in_flight)
 
     def awaits(self, number: int, low: bool) -> tuple[tuple[Net, int], ...]:
-        """Record the bytes sent, and return the levels that the port waits for, each with its net (handshake.py).
+        """Record the progress of an exchange, and return the (net, level) pairs that the port now waits for.
 
-        `number`: the number of bytes sent so far in the exchange, counting any empty handshake; `low`: whether
-        IO_REQUEST is low.
+        Args:
+            number: the number of bytes sent so far in the exchange; an empty handshake counts as a byte.
+            low: whether IO_REQUEST is low.
         """
         self.queue.begun |= number > 0
         self.bytes.feed(number)
@@ -174,7 +175,7 @@ class FlowPort:
         )
 
     async def _empty_handshake(self, asked: bool = False) -> None:
-        """Make requests without a byte, and read the part's messages, until the part is receiving.
+        """Perform an empty handshake; if the part offers messages, read these first.
 
         `asked`: whether IO_REQUEST is low already.
         """
@@ -205,7 +206,7 @@ class FlowPort:
                 self._give_turn()
 
     async def send(self, data: bytes) -> None:
-        """Send bytes; an FF at the start of a command is an empty handshake."""
+        """Send bytes; for a byte FF at the start of a command, perform only an empty handshake."""
         await self._take_turn()
         try:
             at, exchange = 0, None if self.delay_ps else self.bytes.possible()
@@ -315,13 +316,16 @@ class ManyOffers(ManyCommands):
 
 
 class FlowSender(Leader[Handshakes]):
-    """The bytes that a host sends to a chip: as one value where possible, else edge by edge.
+    """The sender of a port's bytes to its chip.
+
+    Where possible, it sends several bytes as one value (`OfferedBytes`), from which all edges are computed.
+    Otherwise the port drives each edge.
 
     Attributes:
         empty: whether an empty handshake precedes the bytes.
         fed: the number of these bytes that the port has recorded as sent.
-        begins: whether the next byte begins a command, as determined when the host changed from sending one
-            value to driving single edges; None: the host has not changed.
+        begins: whether the next byte begins a command.  This is recorded when the port has to drive the
+            edges of the remaining bytes itself; until then None.
     """
 
     def __init__(self, port: FlowPort) -> None:
@@ -331,15 +335,17 @@ class FlowSender(Leader[Handshakes]):
 
     @property
     def by_value(self) -> bool:
-        """True if the last byte was sent as a value, and nothing has observed the lines since."""
+        """True if the last byte was sent as part of a value, and the lines have not been observed since then."""
         return self.exchange is not None and self.exchange.by_value
 
     def begin(self, data: bytes, at: int, begins: bool, empty: bool) -> bool:
-        """Begin to send `data` as a value, from index `at`, at most to the end of the command.
+        """Begin to send bytes of `data`, from index `at` on, as one value; return False if this is not possible.
 
-        Return False if this is not possible.
+        The value never extends beyond the end of the present command.
 
-        `begins`: whether the first byte begins a command; `empty`: whether an empty handshake precedes it.
+        Args:
+            begins: whether the first byte begins a command.
+            empty: whether an empty handshake precedes the first byte.
         """
         port, exchange = self.port, self.exchange
         if exchange is None or data[at] == EMPTY or port.offered or exchange.chip.at_letter is not begins:
@@ -355,14 +361,20 @@ class FlowSender(Leader[Handshakes]):
         return exchange.send(OfferedBytes(sent, port.kernel.now, None, last, chip.byte_times, chip.clock))
 
     def feed(self, number: int) -> int:
-        """Record that `number` bytes, an empty handshake included, have been sent; return the number without it."""
+        """Record the bytes that have been sent, and return how many there are, without any empty handshake.
+
+        `number`: the number of bytes sent; an empty handshake counts as a byte.
+        """
         gone = max(number - self.empty, 0)
         self.port._sent(self.data[self.fed : gone])
         self.fed = gone
         return gone
 
     def made(self, ends: tuple[Any, ...]) -> Handshakes | None:
-        """Return the handshakes with the chip on IO_REQUEST; None unless exactly one chip is wired to it."""
+        """Return the exchange between this port and the chip on IO_REQUEST.
+
+        Return None unless exactly one chip is wired to IO_REQUEST, and the port reads the BUSY of this chip.
+        """
         port = self.port
         if len(ends) != 1 or not hasattr(ends[0], "byte_times"):
             return None

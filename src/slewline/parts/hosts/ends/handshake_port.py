@@ -269,9 +269,10 @@ class CommandPort:
 
 
 class BusSender(Leader[Handshakes]):
-    """The exchanges by which a host sends bytes to a chip as one value, without simulating each edge.
+    """The sender of a port's bytes to its chip: several bytes as one value, without simulating each edge.
 
-    Where this is not possible, `CommandPort.send` sends the bytes edge by edge.
+    All edges are computed from the value (`HandshakenBytes`).  Where this is not possible,
+    `CommandPort.send` sends the bytes edge by edge.
     """
 
     def __init__(self, port: CommandPort) -> None:
@@ -295,7 +296,10 @@ class BusSender(Leader[Handshakes]):
         return exchange.send(coming)
 
     def made(self, ends: tuple[Any, ...]) -> Handshakes | None:
-        """Return the handshakes with a chip; None unless it alone is on I/O REQUEST and this port reads its READY."""
+        """Return the exchange between this port and the chip on I/O REQUEST.
+
+        Return None unless exactly one chip is wired to I/O REQUEST, and the port reads the READY of this chip.
+        """
         port = self.port
         if len(ends) != 1 or not hasattr(ends[0], "byte_times"):
             return None

@@ -247,7 +247,7 @@ class PacketPort:
             await until(self.kernel, self.kernel.now + omitted_ps + every_ps)
 
     def _omitted(self, due_ps: int | None, period_ps: int) -> int:
-        """Return the total time (ps) of the status queries, one per period, that would end before the next event.
+        """Return the time (ps) for which polling may pause: the whole periods that end before the next event.
 
         Args:
             due_ps: the instant of the next event, as known when the last query began; None: no event was due.

@@ -140,9 +140,10 @@ class FlowControl:
     Unless `heed` has set True or False, the host obeys the line while the chip's mode register, as far as
     the host knows it, enables the line.
 
-    `gone` tracks the bytes that the host sends; `news` is notified of each of these bytes, and when the host
-    starts or stops obeying the line; `heeding` is the last setting by `heed`; None: the host follows its own
-    mode commands.
+    Attributes:
+        gone: a shadow of the chip's registers, which tracks the bytes that the host sends.
+        news: an event, notified of each of these bytes, and when the host starts or stops obeying the line.
+        heeding: True or False, as set by `heed`; None: the host follows its own mode commands.
     """
 
     def __init__(self, chip: Connection, channel: FlowBus | AdaptiveLine, owner: str, gone: Shadow) -> None:

@@ -188,7 +188,7 @@ class StrappedUart(HostUart):
         return self.framed(command)
 
     def ends(self, command: str, data: bytes) -> bool:
-        """Return whether the answer to a command may end after the characters in `data`."""
+        """Return whether the characters in `data` may be the complete answer to a command."""
         return data.endswith(b"\r")
 
     def answer_in(self, command: str, data: bytes) -> str:
