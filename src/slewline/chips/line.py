@@ -82,9 +82,6 @@ class LineOwner(Protocol):
     def sync(self) -> None:
         """Move to the next clock tick at or after this instant."""
 
-    async def at_tick(self, tick: int) -> None:
-        """Wait for a tick of the crystal."""
-
     async def obey(self, line: Line) -> Sequence[bytes]:
         """Execute a line; return the answers, without their carriage returns."""
 
@@ -227,7 +224,7 @@ class LineInterface:
             self.kernel.wake(self.worker)
 
     async def _work(self) -> None:
-        owner = self.owner
+        owner, clock = self.owner, self.owner.clock
         while True:
             if not self.work:
                 self.answering = False
@@ -238,7 +235,7 @@ class LineInterface:
                 owner.busy(True)
                 if owner.on_command.listeners and (data := owner.meant(item)) is not None:
                     owner.on_command(data.decode("latin-1"))
-                await owner.at_tick(owner.clock.ticks_from(item.end_ps + self.turnround_ps))
+                await until(self.kernel, clock.ps(clock.ticks_from(item.end_ps + self.turnround_ps)))
                 await next_round(self.kernel)  # a line acts after all timed work of its instant
                 owner.sync()
                 answers = await owner.obey(item)

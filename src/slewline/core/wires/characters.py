@@ -25,13 +25,15 @@ class FrameTable:
     Both are computed when first used, and cached.
     """
 
-    __slots__ = ("_levels", "_read", "byte_mask", "length", "mark", "times", "word")
+    __slots__ = ("_levels", "_read", "byte_mask", "last_sample", "length", "mark", "settled", "times", "word")
 
     def __init__(self, clock: Clock, word: CharacterFormat, mark: int) -> None:
         self.word, self.mark, self.byte_mask = word, mark, (1 << word.bits) - 1
         bits = word.ticks - word.stop_ticks + OVERSAMPLING  # up to the start of the stop bit
         self.times = tuple(clock.ps(n) for n in range(0, bits, OVERSAMPLING))
         self.length = clock.ps(word.ticks)
+        self.settled = self.times[-1] - self.length  # from the end of a character to its last edge, ps
+        self.last_sample = 1 + OVERSAMPLING // 2 + bits - OVERSAMPLING  # ticks after the tick before the start bit
         self._levels: dict[int, tuple[int, ...]] = {}
         self._read: dict[tuple[Level, ...], tuple[int, bool, bool]] = {}
 
@@ -70,7 +72,7 @@ class Characters:
             data = bytes(byte & frames.byte_mask for byte in data)
         self.frames, self.data, self.start = frames, data, start
         self.end = start + len(data) * frames.length
-        self.last = self.end - frames.length + frames.times[-1]  # there may be an edge: the stop bit of the last one
+        self.last = self.end + frames.settled  # there may be an edge: the stop bit of the last one
         self._wave: Wave | None = None
 
     @property
@@ -142,9 +144,11 @@ def handed_over(driver: Driver, line: Characters) -> bool:
             if not reader.rests or reader.frames is not frames:
                 return False
     driver.promise = line
-    active, now, space = [driver], kernel.now, 1 - frames.mark
+    now, space = kernel.now, 1 - frames.mark
     for net in nets:
-        net.active, net.promise, net.plain, net.contention = active, line, None, False
+        if not active:
+            net.active = [driver]
+        net.promise, net.plain = line, None
         net.token += 1
         if net._log is not None:
             net.log_from(now, line)

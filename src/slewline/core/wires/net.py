@@ -133,8 +133,10 @@ class Driver:
                 sampler()
             net.token += 1
             net.value = rest
+            net.active, net.promise = [], None
         self.level = self.promise = None
-        root.sort_drivers()
+        if not root.joined:
+            root.sort_drivers()
 
     def play(self, promise: Promise) -> None:
         """Drive the net to a promised waveform, starting at this instant."""

@@ -249,8 +249,7 @@ class Receiver:
     def _complete_at(self, line: Characters, number: int) -> int:
         """Return the instant (ps) of the last sample of a character in a line."""
         clock, frames = self.clock, self.frames
-        tick = clock.ticks_until(line.start + number * frames.length) + 1 + OVERSAMPLING // 2
-        return (tick + OVERSAMPLING * (len(frames.times) - 1)) * clock.n // clock.d
+        return (clock.ticks_until(line.start + number * frames.length) + frames.last_sample) * clock.n // clock.d
 
     def _complete_by(self, line: Characters, ps: int) -> int:
         """Return the number of the last character in a line that is complete by an instant (ps); -1 if none is."""

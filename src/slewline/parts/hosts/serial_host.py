@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, Self
 
 from ...core.messages.calls import answering
 from ...core.time.kernel import Kernel
 from ...core.wires.serial import Straps
 from ...errors import ChecksumError, Timeout
-from .ends.strapped_uart import StrappedUart
+from .ends.strapped_uart import StrappedUart, straps_of
 from .host import TO_ONE, Host
 from .uart_host import UartHost
 
 if TYPE_CHECKING:
+    from ...core.chip import Chip
     from ...core.time.timebase import Time
     from ..base.request_queue import RequestQueue
     from .connection import Connection
@@ -50,6 +51,11 @@ class SerialHost(UartHost, Host):
     def straps(self) -> Straps:
         """Straps of the selected module."""
         return self.uart.straps
+
+    def to(self, chip: str | Chip | Connection) -> Self:
+        super().to(chip)
+        self.uart.straps = straps_of(self.chip)
+        return self
 
     # -------------------------------------------------------------------------------------------------- out and back
     def send(self, data: str | bytes) -> None:

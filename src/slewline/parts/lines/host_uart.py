@@ -141,23 +141,23 @@ class HostUart:
         """Record that a burst of characters has been sent."""
 
     async def _send(self) -> None:
-        await until(self.kernel, self.may_send_ps())
         while True:
-            while not self.outgoing:
-                self.sending = False
-                await suspended()
-                await until(self.kernel, self.may_send_ps())
-            data, fault = self.outgoing[0]
-            if fault == "late":
-                await until(self.kernel, self.kernel.now + LATE_PS)
-            await self.before_burst()
-            if not self.far.compared:
-                self.far.compare()
-            if self.far.addressed:
-                self.far.look_at_addresses(data)
-            await until(self.kernel, begin_line(self.driver, self.frames, data, fault))
-            self.after_burst(data)
-            self.outgoing.popleft()
+            if (ps := self.may_send_ps()) > self.kernel.now:
+                await until(self.kernel, ps)
+            while self.outgoing:
+                data, fault = self.outgoing[0]
+                if fault == "late":
+                    await until(self.kernel, self.kernel.now + LATE_PS)
+                await self.before_burst()
+                if not self.far.compared:
+                    self.far.compare()
+                if self.far.addressed:
+                    self.far.look_at_addresses(data)
+                await until(self.kernel, begin_line(self.driver, self.frames, data, fault))
+                self.after_burst(data)
+                self.outgoing.popleft()
+            self.sending = False
+            await suspended()
 
     @property
     def backlog(self) -> int:

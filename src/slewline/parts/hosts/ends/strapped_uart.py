@@ -29,11 +29,15 @@ class StrappedUart(HostUart):
         host: the host, whose `chip` is the selected module.
         chips: the connections to all modules on the line.
         baud: a fixed rate, used regardless of the straps; None: the module's rate.
+
+    Attributes:
+        straps: the straps of the selected module.
     """
 
     def __init__(self, host: Host, chips: Sequence[Connection], baud: int | None) -> None:
-        self.port = straps_of(chips[0]).port
-        super().__init__(host, LineSetting(straps_of(chips[0]).baud if baud is None else baud, self.usual_word), RS232)
+        self.straps = straps_of(chips[0])
+        self.port = self.straps.port
+        super().__init__(host, LineSetting(self.straps.baud if baud is None else baud, self.usual_word), RS232)
         self.far.receivers = {chip.name: straps_of(chip) for chip in chips}
         self.host = host
         self.fixed_baud: int | str | None = baud
@@ -56,11 +60,6 @@ class StrappedUart(HostUart):
     def usual_word(self) -> CharacterFormat:
         """Character format of the modules on the line."""
         return CharacterFormat(self.port.bits, self.port.parity, self.port.stop)
-
-    @property
-    def straps(self) -> Straps:
-        """Straps of the selected module."""
-        return self.host.chip.straps or straps_of(self.host.chip)
 
     def follow_straps(self) -> None:
         """Use the rate that the selected module has read from its straps, unless the host has a fixed rate."""
