@@ -183,9 +183,9 @@ class Circuit:
     def _witnessed(self, name: str, options: dict[str, Any]) -> Callable[[], dict[str, Any]]:
         """Return a function that reads the store in `options` and returns {"store": content}.
 
-        The result becomes part of the record of an input.  The function returns {} if there is no store, or if
-        inputs are neither recorded nor observed.  Call it only when the owner of the store is ready.  If there is a
-        journal, the store in `options` is replaced by one that also records its faults in the journal.
+        The function returns {} if there is no store, or if inputs are neither recorded nor observed.  It may only be
+        called when the owner of the store is ready.  If there is a journal, the store in `options` is replaced by one
+        that also records its faults in the journal.
         """
         store = options.get("store")
         if store is None or not (self.outside.on_input or self.outside.write):

@@ -295,7 +295,7 @@ class Runner:
     def _instants(self) -> list[Net]:
         """Return the nets at whose edges a condition function is called.
 
-        These are the nets that carry steps, and the nets over which bytes can be transferred without single edges.
+        These are the nets that carry steps, and the nets that carry bytes which may be transferred in one event.
         """
         steps = [net for chip in self.chips.values() for net in step_nets(chip)]
         pins = [each.pins for each in self.chips.values()] + [each.pins for each in self.parts.values()]

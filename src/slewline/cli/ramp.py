@@ -285,7 +285,8 @@ def exact(value: float) -> float:
 def draw(path: str, calculator: Calculator, ramps: Sequence[Ramp], moves: Sequence[Move | None]) -> None:
     """Draw a move for every ramp: the requested one, else the shortest that reaches the ramp's top rate.
 
-    If several ramps are compared and no move is requested, all moves get the distance of the longest one.
+    If several ramps are compared and no move is requested, each move has as many steps as the longest of
+    these shortest moves, so that all cover the same distance.
 
     Raises:
         UsageError: no move reaches the rate, or the move has too many steps.

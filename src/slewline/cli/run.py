@@ -307,7 +307,10 @@ class RunCommand(BenchOptions):
         return "\n".join(filter(None, (str(error), foreign(text, file, part, sheet_of(part)))))
 
     def foreign(self, bench: Bench) -> bool:
-        """Report on standard error each script for a chip other than its host's; return whether there are any."""
+        """Report, on standard error, each script written for another chip; return whether there are any.
+
+        A script should be written for the chip that its host commands.
+        """
         from .dialects import foreign
 
         chips = bench.chips if bench.findings else {}

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 class BenchOptions:
     """The options for a bench.
 
-    `chip` and `strap` apply if there is no bench file; `anywhere` and `allow_code` are the permissions of a
-    bench file.
+    `chip` and `strap` apply if there is no bench file.  `anywhere` and `allow_code` are the permissions that
+    the user gives to a bench file.
     """
 
     chip: str | None

@@ -126,8 +126,9 @@ class DisplayReports:
 class MotionReports:
     """Reports of the start and the end of each motion of an axis.
 
-    If the part has a pin that indicates motion, an edge of this pin marks the start, else the first step
-    does.  If one motion replaces another without a stop in between, the two are reported as one.
+    If the part has a pin that indicates motion, a motion starts when this pin becomes active; otherwise it
+    starts with its first step.  If one motion replaces another without a stop in between, the two are
+    reported as one.
     """
 
     def __init__(self, transcript: Transcript, chip: Chip, number: int) -> None:
@@ -148,7 +149,11 @@ class MotionReports:
         self.axis.on_motion_end.add(self.end)
 
     def begin(self, motion: MotionStart) -> None:
-        """Report that a motion begins: immediately or, if an edge marks the first step, when that step begins."""
+        """Report the start of a motion, immediately or when its first step begins.
+
+        The report waits for the first step if the part has no pin that indicates motion, and if a step begins
+        with an edge of its step pin.
+        """
         if self.begun is not None:
             return
         if self.step is None or self.step.sense is None:  # no edge marks the start of the first step
@@ -160,7 +165,7 @@ class MotionReports:
             )
 
     async def first_step(self, motion: MotionStart, net: Net, begins: int) -> None:
-        """Wait until the net has the level that begins the first step, then report that the axis is moving."""
+        """Wait until the step pin has the level `begins`, with which a step begins; then report the motion."""
         await level(net, begins)
         self.moves("steps", motion)
 

@@ -125,7 +125,7 @@ def input_of(owner: Component, verb: str) -> Callable[..., Any]:
 
 
 def forget_findings(owner: Component, before: int, remedy: str) -> None:
-    """Replace all findings of a chip or part before an instant (ps) by one that states the number of each code.
+    """Replace the findings of a chip or part before an instant (ps) by a single one, which counts them by code.
 
     Args:
         remedy: text that explains how to keep more findings.

@@ -87,7 +87,8 @@ class Checkup(NamedTuple):
     Attributes:
         load_ms: the longest time taken to transfer all the frames that precede the first step of a motion.
         horizon_ms: the horizon needed; None if none is long enough.
-        counted: the number of pulses that came back; None if there was no answer, or the driver is on.
+        counted: the number of pulses that the board counted in its self-test; None if the board did not
+            report it, or if there was no self-test because the driver is on.
         jogged: whether ten steps in each direction were made; None if this was not tried.
         estop: whether the emergency-stop contact opened; None if this was not tried.
     """
@@ -212,7 +213,10 @@ class Check:
         )
 
     def _awaited(self, kind: Happening, seconds: float) -> BoardEvent | None:
-        """Wait for an event of a kind, and for the board to take all commands; return the event, None if none came."""
+        """Wait until an event of a kind has come and the board has taken all commands.
+
+        Return the event; None if no such event came within the time limit.
+        """
         found: list[BoardEvent] = []
 
         def note(event: BoardEvent) -> None:

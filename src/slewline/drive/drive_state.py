@@ -149,7 +149,10 @@ class DrivePath:
         return self.feeder.busy or self.state.undecided
 
     def gate(self, call: Callable[[], object], ps: int) -> None:
-        """Make a call one horizon after an instant of the model (ps); immediately if no steps or calls are pending."""
+        """Make a call when the motor reaches an instant of the model (ps), which is one horizon after that instant.
+
+        If no steps or calls are pending, make the call immediately.
+        """
         self.cable.send_at((self.ticks.at(ps) >> 16) + self.state.horizon, call)
 
     def _put(self, output: PlannedOutput) -> None:
@@ -157,7 +160,12 @@ class DrivePath:
         self.cable.send_at(output.tick16 >> 16, lambda: self.link.outputs(output.mask, output.value))
 
     def send_tail(self, entries: list[tuple[int, int]], ps: int) -> None:
-        """Send the stop ramp of a motion that begins at an instant (ps), once the motor's previous motion is over."""
+        """Send the board the stop ramp of a new motion, after the motor has finished its previous motion.
+
+        Args:
+            entries: the table of the stop ramp.
+            ps: the instant at which the new motion begins in the model (ps).
+        """
         if self.feeder.running:
             self.gate(lambda: self.link.tail(entries), ps)
         else:

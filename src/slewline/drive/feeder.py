@@ -54,8 +54,8 @@ class RecordSink(Protocol):
 class PlannedSteps(NamedTuple):
     """Steps in one direction, at instants in 1/65536 tick.
 
-    A stop ramp from the first of these steps has `ramp_left` steps, or -1 if its length is unknown.  With
-    each further step, this length changes by `slope`: -1, 0 or 1.
+    `ramp_left` is the number of steps in a stop ramp that starts at the first of these steps; -1 if it is
+    unknown.  For each further step, the number changes by `slope`: -1, 0 or 1.
     """
 
     flags: int
@@ -85,8 +85,8 @@ class Feeder:
         put: called with each output change that occurs at rest, or between two steps so close together that
             there is no room for a pause.
         half: a function that returns whether the chip makes half steps now.
-        ramps: a function that divides a stretch into pieces (`RampPiece`), each of which states the lengths
-            of the stop ramps from its steps.
+        ramps: a function that divides a range of steps of a motion into pieces (`RampPiece`).  A piece
+            states, for each of its steps, the length of a stop ramp that starts at that step.
         wake: called before a motion is started.
     """
 
@@ -285,7 +285,10 @@ class Feeder:
                 self._fit(part)
 
     def _begin(self, ticks16: NDArray[np.int64]) -> None:
-        """Start the board, or continue after a rest; the first interval equals the second, within limits."""
+        """Start the board, or continue after a rest.
+
+        The interval before the first step is as long as the one after it, within limits.
+        """
         first = int(ticks16[0])
         interval = int(ticks16[1]) - first if len(ticks16) > 1 else FIRST_INTERVAL_TICKS << 16
         self.first_interval16 = interval if len(ticks16) > 1 else 0
@@ -335,7 +338,10 @@ class Feeder:
         self._open = steps[len(steps) - self._record.count :]
 
     def _queue_output(self, output: PlannedOutput) -> bool:
-        """Queue an output change in a pause, or pass it to `put`; return False if its place is not yet known."""
+        """Queue an output change in a pause, or pass it to `put`; return whether this was possible.
+
+        It is not possible yet while the next step is unknown and may come before the change.
+        """
         if not self.running:
             self._put(output)
             return True

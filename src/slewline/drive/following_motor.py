@@ -144,7 +144,9 @@ class Following:
         self._continue()
 
     def resume(self, position: int, since_ps: int) -> None:
-        """Let a stopped board continue from a position, with those steps of the model that follow an instant (ps).
+        """Let a stopped board count on from a position, and output the model's steps after the instant `since_ps`.
+
+        Steps of the model at or before this instant (ps) are not output.
 
         Raises:
             UsageError: the board does not follow, because an emergency stop is active.
@@ -167,8 +169,8 @@ class Following:
 
         Args:
             at_once: stop without a ramp.
-            of_chip: True if a command is already stopping the chip; False if the chip must be stopped as well
-                when the board is idle (see `stop_chip`).
+            of_chip: True if the chip is already being stopped by a command; False: stop the chip as well, as
+                soon as the board is idle (see `stop_chip`).
         """
         self.link.stop(0 if at_once else 1)
         chip, axis = self.state.chip, self.state.axis

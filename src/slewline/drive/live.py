@@ -51,7 +51,7 @@ class Live:
 
     # ----------------------------------------------------------------------------------------------------------- turns
     def turn(self) -> None:
-        """Receive from the board, feed it the model's steps, make the cable calls that are due, and send.
+        """Receive from the board, feed it the model's steps, pass on delayed outputs that are due, and send.
 
         This is called every 5 ms, and when bytes have arrived, always between two runs of the bench.
         """

@@ -175,7 +175,6 @@ class Drive:
             undo.pop_all()
 
     def _compose(self, off: EnableOff, how: str, self_start: bool, wait: Callable[[float], object] | None) -> None:
-        """Make the pieces that let the board follow the model; each piece receives only the objects that it needs."""
         state, path = self._state, self._path
         self.power = Power(state, path.link, path.cable, off)
         stop_ramps = StopRamps(state, path.link, path.send_tail)
@@ -267,13 +266,15 @@ class Drive:
         self._live.open(homed=self._homed)
 
     def go_back_by(self, past: Past) -> None:
-        """Make the drive go back in time when the board stops the motor, so that the chip stops by itself as well.
+        """Set up the drive to take the model back in time whenever the board stops the motor by itself.
 
-        Without this, the chip is stopped at the present instant, and its position register takes the board's
-        count.
+        The model then returns to the instant at which the board stopped the motor, and its chip stops there as
+        well.  Without this call, the chip is stopped at the present instant, and its position register is set to
+        the board's count.
 
         Args:
-            past: the past of the bench; if the hosts of a server are to change benches too, the server's past.
+            past: the past of the bench.  If the bench belongs to a server, pass the server's past, so that the
+                hosts of the server also change to the new bench.
 
         Raises:
             UsageError: the bench writes no journal; going back in time needs one.

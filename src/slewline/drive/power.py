@@ -1,12 +1,15 @@
 """The driver current, as requested by the host; the board decides (`board/twin_power.py` has its rules).
 
+Effect of opening, clearing and closing a drive on the current:
+
     open    on, if the user enables the driver
     clear   unchanged; on again only if the user confirms the position (homed), or homes now (homing)
     close   off when the motor has come to rest and its steps are counted; "never" leaves it on
 
 The position is unknown if steps may have been lost or were made without current, or if the board has
 switched the driver off by itself.  It is known again when the user confirms it, or when a homing run has
-ended: the chip's own, or one made by the host, which sets the position register at rest.
+ended.  The homing run may be the chip's own; or the host homes the motor, and then sets the position
+register while the motor is at rest.
 """
 
 from __future__ import annotations
@@ -67,7 +70,7 @@ class Power:
     def turn(self) -> bool:
         """Check whether a homing run has ended; return whether the board has switched the driver off by itself.
 
-        With `enable_off` "rest", where a switch-off is usual, this always returns False.
+        If `enable_off` is "rest", this is usual at rest, so the result is always False.
         """
         if self.state.phase != "ok":
             return False

@@ -159,7 +159,10 @@ def driver_polarity(board: BoardModel, driver: str | None) -> int:
 
 
 def pattern_of(chip: Chip) -> tuple[int, ...]:
-    """Return the phase levels of a chip per half-step index, phase 1 in bit 0; eight zeros if it has no phases."""
+    """Return the phase levels of a chip at each of its eight half-steps, as eight numbers.
+
+    Bit 0 of a number is the level of phase 1.  All numbers are 0 if the chip has no phases.
+    """
     whole = [sum(level << n for n, level in enumerate(row)) for row in chip.phase_patterns()]
     if len(whole) in (0, 8):
         return tuple(whole) or (0,) * 8

@@ -130,7 +130,10 @@ def unit_of(row: FieldRow, unit: str) -> str:
 
 
 def bounds_of(row: FieldRow, values: Mapping[str, float]) -> dict[str, float]:
-    """Return a field's limits, taken from the values of all fields, as channel metadata; empty if it has none."""
+    """Return a field's lower and upper limit as channel metadata; empty if the field has no limits.
+
+    `values` are the values of all fields; the limits are two of these values.
+    """
     if row.name not in LIMITED:
         return {}
     low, high = (round(values[name]) if row.kind == "long" else values[name] for name in LIMITED[row.name])
@@ -139,7 +142,7 @@ def bounds_of(row: FieldRow, values: Mapping[str, float]) -> dict[str, float]:
 
 
 def field_of(row: FieldRow, values: Mapping[str, Any], alarm: ChannelAlarm) -> Any:
-    """Return a field's channel, with its initial value taken from the values of all fields."""
+    """Return a field's channel with its initial value; `values` are the initial values of all fields."""
     more: dict[str, Any] = {}
     value = values[row.name]
     if row.kind == "enum":

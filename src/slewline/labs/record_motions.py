@@ -157,7 +157,11 @@ class RecordMotions:
         return failure
 
     async def _motion(self, motion: RecordMotion) -> bool:
-        """Perform a motion; return True only after a move that was not stopped: its target is then still valid."""
+        """Perform a motion; return whether the motor has completed a move to the record's target position.
+
+        Return False after a jog, a homing run or a stop: the target position then has to be set to the present
+        position.
+        """
         state, motor, begun = self.owner.state, self.owner.motor, self.owner.state.dial_position
         state.missed, state.button = False, motion.button
         if motion.homing:

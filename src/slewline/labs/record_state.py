@@ -36,11 +36,12 @@ class RecordState:
         fastest: the highest rate of the part (steps/s).
 
     Attributes:
-        kept: the values of the fields that keep the last value put into them.
+        kept: the values of the fields that a client can write, and that keep the value written last.
         val, dval: the target position, in user and dial coordinates.
         low, high: the limits, in dial coordinates.
-        ramps: the ramps of moves, backlash moves, jogs and homing runs.
-        law: the rates and times of the ramps as they were put; `ramps` are the nearest the part supports.
+        ramps: the ramps of moves, backlash moves, jogs and homing runs, as the part can make them.
+        law: the rates and times of the ramps, as clients have written them; the part may only be able to
+            make approximately these ramps.
     """
 
     def __init__(self, resolution: float, steps: tuple[int, int], position: int, ramp: Ramp, fastest: float) -> None:

@@ -126,7 +126,7 @@ class Dialect(Generic[R]):
         return statement.row.pack(statement.values)
 
     def start(self, statements: Sequence[Statement]) -> int:
-        """Return the start address of a program that is entered after these statements."""
+        """Return the address at which a program begins if it is entered after these statements."""
         return 0
 
     def placed(self, statement: Statement) -> Statement:

@@ -70,8 +70,8 @@ def program_rows(stored: bytes, sheet: Sheet) -> list[ProgramRow]:
 def commands(stream: bytes, sheet: Sheet) -> tuple[list[str], list[Note]]:
     """Return the commands of a binary stream, one per line, and the problems found in it.
 
-    A program is read as the chip stores it: byte counts within the program are ignored, because one count
-    may cover the whole program.
+    Byte counts within a program are ignored, as the chip ignores them when it stores the program, because
+    one count may cover the whole program.
     """
     decoder = dialect_of(sheet).decoder(sheet)
     texts: list[str] = []
@@ -104,7 +104,10 @@ def _entered(stored: bytes, sheet: Sheet) -> list[str]:
 
 
 def _names(program: Sequence[Instruction], sheet: Sheet) -> dict[int, str]:
-    """Return label letters for branch targets where an instruction begins, keyed by address in ascending order."""
+    """Return a label letter for each branch target, keyed by address, in ascending order of the addresses.
+
+    A target has no letter if no instruction begins there, or if no letters are left.
+    """
     targets = {value for instruction in program for value in _targets(instruction)}
     starts = [instruction.address for instruction in program if instruction.address in targets]
     free = [letter for letter in sheet.labels if ord(letter) not in targets]

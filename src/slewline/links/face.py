@@ -43,7 +43,7 @@ class OpenPort(Protocol):
 
 
 class ClientFace(Protocol):
-    """A client of the control port, as seen by the handlers of requests and by the branches."""
+    """A client of the control port, as seen by the request handlers and by the relays to branches."""
 
     server: ServerFace
     stream: SocketStream

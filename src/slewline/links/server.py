@@ -389,7 +389,7 @@ class Server(Closing):
         return sum(axis.made for axis in chip.axes)
 
     def _look_around(self) -> None:
-        """Check whether the bench lags, and whether requests stay incomplete."""
+        """Check periodically whether the bench lags, and whether hosts have left requests incomplete."""
         self._lateness.check()
         for line in self.lines.values():
             line.look_for_ends()

@@ -99,9 +99,9 @@ Entry = tuple[Speaker, int, int, bytes]  # sender, instants of the first and the
 
 
 class Gathered:
-    """A collector of characters into entries; these end at a carriage return, or when the other side sends.
+    """A collector that groups characters into entries.
 
-    An entry also ends when it has `LONGEST` characters.
+    An entry ends at a carriage return, when the other side sends, or when it has `LONGEST` characters.
     """
 
     def __init__(self) -> None:

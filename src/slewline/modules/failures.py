@@ -58,4 +58,7 @@ class ReplacementRefused(ModuleFailure):
 
 
 class ListingDiffers(ModuleFailure):
-    """A listing or a value read from a module that differs from the data sent, or from every other reading."""
+    """A listing or a value that was not read back correctly from a module.
+
+    Either it differs from the data sent, or it was read several times, and no two readings agree.
+    """

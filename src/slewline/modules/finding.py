@@ -124,10 +124,10 @@ def _by_lines(module: Module, baud: int | None, checked: bool | None) -> Module:
 
 
 def _check_deviations(module: Module) -> None:
-    """Query a module, and check that its complete answer has no known deviations from the sheet.
+    """Query a module, and check that its answer, up to the silence after it, is as the sheet specifies.
 
     Raises:
-        DamagedAnswer: two answers in a row have the same deviations.
+        DamagedAnswer: two answers in a row deviate from the sheet in the same way.
     """
     speech = module.speech
     seen = ""

@@ -72,7 +72,11 @@ class LineSpeech(Speech):
         return found.row if isinstance(found, Command) else None
 
     def is_complete(self, command: str, received: bytes) -> bool:
-        """Return whether the last line of an answer has arrived; a listing ends with a line that no program has."""
+        """Return whether the last line of an answer has arrived.
+
+        A listing ends with a line that is itself one of the part's answers, such as END; no line of a program
+        is equal to an answer.
+        """
         if not received.endswith(CR):
             return False
         row = self.row(command)

@@ -1,7 +1,7 @@
 """The base class of all protocols of parts on a real port.
 
-A protocol object is made from a sheet, by the class for the part's kind of line; the object performs no
-input or output.
+Each kind of line has a protocol class of its own.  A protocol object is made from a part's sheet; it
+performs no input or output.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
     bench.part("uart", to="x", baud=9600)
     bench.part("my_lab.lamp:Lamp", to="x")
 
-`to` names a chip or part, to whose pins the pins of the new part are wired in the standard way.
+`to` names a chip or part; the new part is wired to its pins in the standard way.
 """
 
 from __future__ import annotations

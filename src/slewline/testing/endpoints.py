@@ -35,7 +35,7 @@ SERVER_TIMEOUT_S = 60.0  # of the wall clock: a server without an answer for thi
 
 
 class UrlEndpoint(Rig):
-    """A module that programs in this process reach through its URL."""
+    """A module whose URL is opened by programs in this process."""
 
     def __init__(self, part: str | type[Chip], **settings: Any) -> None:
         super().__init__(part, **settings)

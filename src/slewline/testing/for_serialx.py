@@ -6,9 +6,11 @@
     with serialx.serial_for_url("slewline://gs-c200s?chs=0", byte_size=7, parity="O", stopbits=2) as port: ...
     reader, writer = await serialx.open_serial_connection("slewline://gs-c200s?chs=0", 9600, ...)
 
-Sync: virtual time passes while the program waits, as in pySerial.  Async: in a loop of
-`slewline.testing.aio`, virtual time passes while all tasks wait; in any other loop, it passes until the
-written bytes are answered or, with a rate, follows the wall clock.
+Sync: virtual time passes while the program waits, as in pySerial.
+
+Async: in a loop of `slewline.testing.aio`, virtual time passes while all tasks wait.  In any other loop,
+virtual time passes until the written bytes are answered; but if the URL sets a rate, such as rate=1, it
+follows the wall clock.
 
 A read returns the available characters as soon as there are any, as serialx does on a real port.
 """

@@ -204,7 +204,10 @@ def _serialx(stack: ExitStack, serialx: Any, known: Mapping[str, Controller], us
 def _lend(
     stack: ExitStack, cls: type, own: Mapping[str, Any], mine: Callable[[Any], bool], found: Callable[[Any], Rig]
 ) -> None:
-    """Give the methods `own` to objects of `cls` for which `mine` is true; close the objects when `stack` ends."""
+    """Replace methods of `cls` by those in `own`, but only for objects for which `mine` returns True.
+
+    When `stack` is closed, any such objects that are still open are closed, too.
+    """
     opened: WeakSet[Any] = WeakSet()
 
     def noted(port: Any) -> Rig:

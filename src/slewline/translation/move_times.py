@@ -1,4 +1,4 @@
-"""Times of moves, first to last step, by the ramp laws of the source and of targets other than our parts."""
+"""Times of moves, from the first step to the last, as the source's part and as other controllers make them."""
 
 from __future__ import annotations
 

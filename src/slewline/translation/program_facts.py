@@ -55,7 +55,10 @@ def one_acceleration(actions: Iterable[Action]) -> float:
 
 
 def variables(actions: Iterable[Action]) -> tuple[bool, bool]:
-    """Return whether the distance, and whether the direction, of any relative move depends on the path to it."""
+    """Return whether a relative move has a variable distance, and whether one has a variable direction.
+
+    A distance or direction is variable if it depends on the path that the program takes to the move.
+    """
     moves = [each for each in actions if isinstance(each, MoveBy)]
     return any(each.distance is None for each in moves), any(each.sign is None for each in moves)
 
@@ -66,9 +69,9 @@ def stored(program: Program) -> list[int]:
 
 
 def runs(program: Program) -> dict[int, int]:
-    """Return, for the line of each host command that runs a stored program, the number of that program.
+    """Return the numbers of the stored programs that the host runs, keyed by the line of the command.
 
-    The number is -1 if the text has not entered a program before the command.
+    The number is -1 if the text has not entered a program before this command.
     """
     found: dict[int, int] = {}
     entered = -1
@@ -80,11 +83,11 @@ def runs(program: Program) -> dict[int, int]:
 
 
 def started_plainly(program: Program) -> Program:
-    """Return a copy of a program in which some commands of the host have become `Special` actions.
+    """Return a copy of a program in which host commands that need manual translation are `Special` actions.
 
-    These are loops and branches, directives that set a pin other than a program input, stops while a motion
-    or a program may be running, and runs of a program that the text does not enter.  The host's runs of
-    programs that the text does enter are unchanged.
+    These commands are: loops and branches; directives that drive a pin of the part other than a program
+    input; stops while a motion or a program may be running; and commands that run a stored program which the
+    text does not contain.  Commands that run a stored program of the text remain unchanged.
     """
     its, sheet = runs(program), sheet_of(program.part)
     pins = [pin.name for pin in sheet.pins if pin.role and not pin.role.startswith("input")]

@@ -39,7 +39,7 @@ class Translation:
     Attributes:
         text: the result, for the target.
         report: the verdicts on each source line, the assumptions, and the wiring.
-        program: the effect of the source.
+        program: the source as a `Program`: its lines, each with the actions that it causes.
         source: the text of the source.
     """
 
@@ -191,7 +191,11 @@ def with_levels(program: Program, values: Mapping[str, str]) -> Program:
 
 
 def with_driven_inputs(program: Program) -> Program:
-    """Return a program with the assumption, if its host drives inputs, that the target's change likewise."""
+    """Add an assumption to a program whose host drives inputs; return the resulting program.
+
+    The assumption is that the inputs of the target change in the same way.  A program whose host drives no
+    inputs is returned unchanged.
+    """
     found = [action for action in program.actions if isinstance(action, HostDirective)]
     if not any(drives_input(action.text, sheet_of(program.part)) for action in found):
         return program

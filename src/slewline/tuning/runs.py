@@ -1,4 +1,4 @@
-"""Runs, each judged only once: by this process, by a pool, or in an earlier session that left a log."""
+"""Runs, each judged only once: by this process, by a pool, or by an earlier session that left a log."""
 
 from __future__ import annotations
 

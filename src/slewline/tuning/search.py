@@ -4,9 +4,10 @@ A move holds if it loses no steps under any scenario; the search ends with the f
 conclusion is drawn from one move about another; the first move that holds is therefore the fastest,
 whatever the shape of the region of moves that hold.
 
-The scenarios of the nth candidate are judged in the order of how many of the first n/2 candidates they
-have ruled out.  Later candidates do not count, because several candidates are judged at a time: so the
-order, and with it the result, depends neither on how many runs are in flight nor on which ends first.
+Several candidates may be judged at a time.  Therefore, only the first n/2 candidates determine the order
+in which the scenarios of the nth candidate are judged: the scenario under which most of them have failed
+comes first.  So the order, and with it the result, depends neither on how many runs are in progress nor
+on which of them ends first.
 """
 
 from __future__ import annotations
@@ -103,9 +104,8 @@ class BestFirst:
     def _order(self, number: int) -> Sequence[Scenario]:
         """Return the scenarios for the nth candidate, the most frequent causes of failure first.
 
-        The frequencies are those among the first n/2 candidates, so that they do not depend on how many
-        candidates are judged at a time.  If every candidate is judged (`whole`), the nominal scenarios come
-        first.
+        Only failures of the first n/2 candidates count, so that the order does not depend on how many candidates
+        are judged at a time.  If every candidate is judged (`whole`), the nominal scenarios come first.
         """
         while self._counted < number // 2:
             killer = self._killers[self._counted]

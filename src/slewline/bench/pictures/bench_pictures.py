@@ -206,7 +206,8 @@ class Pictures:
     def _loaded(self, axes: AxisNames, before: int) -> int:
         """Return the instant (ps) of the last load of a position register at or before the instant `before` (ps).
 
-        Positions before that instant are not shown.  If the past that is kept begins later, its start is returned.
+        Positions before the result are not shown.  If history is kept only from a later instant on, that instant
+        is returned.
         """
         motors = [axis.motor for axis in self._axes(axes)]
         loads = [since for motor in motors for since, _ in motor.offsets if since <= before]

@@ -29,9 +29,9 @@ POLL_PS = 5 * 10**10  # interval of the queries of a host that waits for a modul
 
 
 class DirectiveKind(NamedTuple):
-    """The way to queue a directive, the pin that it needs, and a check that it fits the chip.
+    """A directive: a function that queues it, the pin that it uses, and a check that it suits the chip.
 
-    `fits` raises an error if the directive does not fit.
+    `fits` raises an error if the directive does not suit the chip.
     """
 
     queue: Queue

@@ -146,7 +146,7 @@ def refused(bench: Bench, host: Host, script: Script) -> list[Problem]:
 
 
 def _no_command(step: ScriptLine, sheet: Sheet, crystal_hz: int) -> list[Problem]:
-    """Return the problem of a script line whose command no host can send, in a list; [] if there is no problem."""
+    """Return a list with the problem of a script line if no host can send its command; otherwise []."""
     dialect = dialect_of(sheet)
     if step.directs or dialect.directs(step.text):
         return []

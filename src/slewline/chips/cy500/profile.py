@@ -19,7 +19,11 @@ from ..cy5xx.stepping.slope import Law
 
 
 def move(number: int, rate: int, slope: int, factor: int, law: Law) -> Plan:
-    """Return the plan of a move of 1 to 65535 steps: no ramps if `slope` is 0; otherwise `factor` counts as 1."""
+    """Return the plan of a move of 1 to 65535 steps.
+
+    If `slope` is 0, the move has no ramps, and every step period is multiplied by `factor`.  Otherwise
+    `factor` has no effect.
+    """
     up = law.up(rate, slope)
     if not up:
         return plan(("slew", ((law.period(rate) * (1 if slope else factor), number),))).verified(number)

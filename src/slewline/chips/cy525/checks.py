@@ -229,7 +229,7 @@ def unreached(source: Source, short: list[Unreached]) -> None:
 
 
 class Flight:
-    """A tracker of the effects of host directives on a continuous motion: rates on the fly, then an abort."""
+    """A check of the host directives during a continuous motion: changes of rate on the fly, then an abort."""
 
     def __init__(self, source: Source) -> None:
         self.source = source
@@ -311,5 +311,5 @@ def size(source: Source) -> None:
 
 
 def checks(sheet: Sheet) -> tuple[Check, ...]:
-    """Return this part's rules for `language.lint.lint`; they use the tables of the sheet that lint works with."""
+    """Return this part's rules for `language.lint.lint`; each rule reads the data sheet of the text it checks."""
     return (motions, rates, size, written_for)

@@ -9,12 +9,14 @@ r"""The law of motion of the CY525: parameters in, a plan out.  Pure functions, 
                 | up  |     slew     | down|crawl|
       steps       ramp   >= 256 or 0   ramp  rest          (s.8)
 
-The rate parameter, not the rate, grows linearly; Table VII turns it into steps per second.  Where a
-step takes longer than a unit, units are late: one unit is taken at the start of each step, so each step
-is one unit faster than its predecessor.  A late unit does not change the times at which later units are
-due.  The ramp down is the mirror of the ramp up.  If fewer than 256 steps would be left for slewing,
-there is no slewing: the motor decelerates immediately and makes the remaining steps at F (s.8, special
-case).  If the travel is too short to reach R, each ramp takes half of it.
+The rate parameter, not the rate, grows linearly; Table VII turns it into steps per second.  A rate unit
+falls due at regular intervals, and takes effect when the next step begins.  If a step takes longer than
+such an interval, rate units fall due faster than steps begin.  Each step still takes only one unit, so
+it is one unit faster than its predecessor, and the other units take effect later.  This does not change
+the times at which further units fall due.  The ramp down is the mirror of the ramp up.  If fewer than
+256 steps would be left for slewing, there is no slewing: the motor decelerates immediately and makes the
+remaining steps at F (s.8, special case).  If the travel is too short to reach R, each ramp takes half
+of it.
 """
 
 from __future__ import annotations
@@ -98,5 +100,5 @@ def move(number: int, first: int, rate: int, slope: int, divisor: int, law: Law 
 
 
 def steady(rate: int, before: tuple[str, Runs] = ("up", ())) -> Plan:
-    """Return the plan of a continuous motion after a new rate: the ramp `before`, then endless steps at `rate`."""
+    """Return the plan of an endless motion at `rate`, which begins with the ramp `before` (by default none)."""
     return plan(before, ("slew", ((sheet.STEP_TICKS[rate], OPEN),)))

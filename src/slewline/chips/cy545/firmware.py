@@ -92,7 +92,6 @@ class Cy545(Chip):
         self._home = seeks(self, ticks, state, self._outputs, law, shown, self._bits)
 
     def _twins(self) -> tuple[type[Stepwise], type[Homewise]]:
-        """Return the classes of the slow twins (of motions and HOME), which are imported only when needed."""
         from .twin import Homewise, Stepwise
 
         return Stepwise, Homewise

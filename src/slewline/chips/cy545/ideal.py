@@ -1,6 +1,7 @@
 """The parameters of a CY545 motion, and the ideal motion.
 
-The ideal motion has one rate at each unit of time; straight lines join these rates.
+In a ramp, the rate parameter changes by 1 in each unit of time, which depends on S.  In the ideal
+motion, straight lines join the rates at the ends of these units.
 """
 
 from __future__ import annotations

@@ -92,9 +92,10 @@ class Interpreter:
         return self.decoder.at_letter
 
     def kept(self, data: bytes, at: int) -> int:
-        """Return how many bytes of `data`, from index `at` on, the chip would only store as part of a command.
+        """Return how many bytes of `data`, from index `at` on, neither complete a command nor are mistakes.
 
-        Return -1 if the bytes must arrive singly, not combined into one value (handshake.py).
+        The chip only stores such bytes.  Return -1 if the bytes must arrive singly, not combined into one value
+        (handshake.py).
         """
         if self.program.entering or self.program.running:
             return -1

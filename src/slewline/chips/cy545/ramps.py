@@ -1,4 +1,4 @@
-"""The CY545's ramp calculator, for F, R and S, with the rates of the sheet, whether inferred or given."""
+"""The CY545's ramp calculator, for F, R and S; it uses the rates of the sheet, inferred or set by the user."""
 
 from __future__ import annotations
 

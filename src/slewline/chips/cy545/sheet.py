@@ -159,13 +159,15 @@ RATES = 256
 def rate_law(by_25: int, by_50: int, top: int) -> tuple[int, ...]:
     """Return the rates by rate index, 0 to 255, in whole steps/s at 12 MHz.
 
-    The first rates are 25 or 50 steps/s apart.  The remaining rates are rounded, but each still determines
-    exactly the whole number of machine cycles that a step takes.
+    The first rates are 25 or 50 steps/s apart.  For the remaining rates, a step takes a whole number of
+    machine cycles.  These rates are rounded to whole steps/s, but the number of cycles can still be
+    calculated from them exactly.
 
     Args:
         by_25: the number of rates after the first (20 steps/s) that are 25 steps/s above their predecessor.
         by_50: the number of rates after these that are 50 steps/s above their predecessor.
-        top: machine cycles of a step at index 255; each lower index of the remaining rates adds one cycle.
+        top: the number of machine cycles that a step takes at index 255; among the remaining rates, a step
+            takes one cycle more at each lower index.
     """
     slow = [20 + 25 * min(k, by_25) + 50 * max(k - by_25, 0) for k in range(by_25 + by_50 + 1)]
     fast = [round(REFERENCE_HZ / ((top + RATES - 1 - k) * CYCLE_TICKS)) for k in range(len(slow), RATES)]

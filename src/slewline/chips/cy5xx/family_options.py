@@ -39,9 +39,9 @@ def slopes(periods: Sequence[int], least: int, phases: Sequence[int], where: str
     """Return the options that replace the step periods, the start of ramps and the half steps (slope.py).
 
     Args:
-        periods: clocks of a step by rate parameter, starting at 0.
-        least: clocks of the shortest allowed step.
-        phases: the half-step patterns, with phase 1 in the high bit.
+        periods: the duration of a step in clocks, for each rate parameter from 0 upwards.
+        least: the duration of the shortest allowed step, in clocks.
+        phases: the phase pattern of each half step, with phase 1 in the high bit.
     """
     top = len(periods) - 1
     law = f"inferred: clocks per step by rate parameter, 0 to {top}; none: from {periods[0]} to {periods[top]}"

@@ -90,7 +90,7 @@ class Interpreter:
         return self.port.next_byte(self.program.pc is None, self.program.live)
 
     def keep(self, data: bytes) -> None:
-        """Add bytes that neither end a command nor are mistakes to the command."""
+        """Add bytes to the incomplete command; none of them may end the command or be a mistake."""
         self.decoder.keep(data, self.port.ascii, self.program.entering)
 
     async def execute(self, command: Command) -> None:

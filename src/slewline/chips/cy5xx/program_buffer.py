@@ -27,10 +27,11 @@ class Moves(Protocol):
 
 
 class Program:
-    """The stored program: bytes, labels, counter; whether it runs, is being entered or awaits live commands.
+    """The stored program, its labels and its program counter, and the state of its entry and execution.
 
     `pc` is the address of the next instruction, None while no program runs; `at` is the address of the
-    running instruction.
+    running instruction.  `entering` is True during program entry; `live` is True while the host sends
+    commands to a running program (PROG/LIVE).
     """
 
     def __init__(self, chip: ChipContext, port: BusPort, motion: Moves) -> None:

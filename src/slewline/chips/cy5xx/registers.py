@@ -10,8 +10,9 @@ from dataclasses import MISSING, dataclass, field, fields
 class Registers:
     """The parameters (under the manual's names), flags and pointers.
 
-    A part adds its own flags, which further events may clear.  `defaults` are the parameters after power-up.
-    `values` does not contain the position, because the axis counts it.
+    A part adds its own flags; some of them are also cleared by events other than RESET and command I.
+    `defaults` are the parameters after power-up.  `values` does not contain the position, because the axis
+    counts it.
     """
 
     defaults: Mapping[str, int]

@@ -17,7 +17,7 @@ from ...core.wires.net import Driver, Net
 
 
 class PowerUp(NamedTuple):
-    """Two durations of RESET after power-up (ps): the shortest that is detected, and that set by the capacitor.
+    """The shortest RESET that is detected after power-up, and the RESET that the capacitor produces, both in ps.
 
     Neither depends on the crystal.
     """

@@ -110,10 +110,11 @@ def steady(interval: int) -> Plan:
 
 
 def stopped(of: Plan, step: int) -> Plan:
-    """Return the plan that replaces `of` from `step`, the next step, in order to decelerate to a stop.
+    """Return the plan that replaces the rest of the plan `of` in order to decelerate to a stop.
 
-    The new plan has as many steps as the ramp up has had so far; if the ramp down has begun, no more
-    than the rest of that ramp.  The new plan is empty if there is no ramp, or if `step` is 0.
+    `step` is the number of the next step, with which the new plan begins.  The new plan is a ramp down with
+    as many steps as the ramp up has had so far.  If the ramp down has already begun, the new plan has no
+    more steps than are left of that ramp.  The new plan is empty if there is no ramp, or if `step` is 0.
     """
     up, leg = of.legs[0], of.leg(step)
     if up.name != "up" or step == 0:

@@ -73,7 +73,7 @@ class GscRamp(Ramp):
 
     @property
     def distances(self) -> tuple[int, int, str]:
-        """The minimum and maximum numbers of steps of a move, and "", because no parameter sets the limits."""
+        """The minimum and maximum numbers of steps of a move, and the parameter that sets these limits ("": none)."""
         return 1, len(POSITIONS[self.part]) - 1, ""
 
     def made(self, distance: int) -> GscMove:

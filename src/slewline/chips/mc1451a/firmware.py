@@ -156,7 +156,7 @@ class Chipset(Chip):
 
     @property
     def armed(self) -> bool:
-        """True if any axis has a breakpoint, whose condition an input may meet at any time."""
+        """True if any axis has a breakpoint: a change of an input may then trigger it at any time."""
         return self._activity.armed
 
     def left_over(self) -> list[tuple[str, str]]:

@@ -279,7 +279,10 @@ class Port:
         self.kernel.call_at(self.clock.ps(tick), serve)
 
     def _serve(self, then: Callable[[], None]) -> None:
-        """Call a function, and raise HostRdy; after the command RESET, the supply raises it ten cycles later."""
+        """Call a function, and raise HostRdy at the end of the slice.
+
+        After the command RESET, HostRdy stays low; `supply` raises it ten cycles later.
+        """
         self.motion.catch_up()
         self.ready = True
         then()

@@ -95,10 +95,10 @@ class Motion:
             self.kernel.call_at(self.kernel.now, self.attend)
 
     def _schedule(self) -> None:
-        """Ensure that the kernel calls this object in the next due cycle; an earlier call may come first.
+        """Ensure that the kernel calls this object at the next due cycle or earlier; each call schedules the next.
 
-        A call that is no longer needed is cheap.  Cancelling such calls would be worse: each host write during
-        a motion would leave an entry in the kernel, and a motion may last for hours.
+        Calls that are no longer needed are not cancelled, because such a call is cheap.  If each host write
+        cancelled a call, it would leave an entry in the kernel, and a motion may last for hours.
         """
         due = min(trajectory.due for trajectory in self.trajectories)
         tick = self.cycle_clock.tick(due)

@@ -303,7 +303,10 @@ def state_directory(path: str | None, lockstep: bool = False) -> Iterator[Stores
 
 
 def background_store(path: Path, lockstep: bool) -> BackgroundStore:
-    """Return a memory in a file; a damaged file is reported now, rather than later when a program is missing."""
+    """Return a memory that is kept in a file.
+
+    A damaged file is reported now; otherwise the user would notice only later, when a program is missing.
+    """
     from ...links.lines.background import WRITE_TIMEOUT_S, BackgroundStore
     from ...links.lines.memory_file import FileStore
 

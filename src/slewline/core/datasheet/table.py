@@ -613,7 +613,7 @@ class Sheet:
 
     @property
     def plain(self) -> dict[str, int]:
-        """The straps (levels keyed by pin) that switch off features that program files lack, such as checksums.
+        """The straps that switch off features not used in program files, such as checksums: levels keyed by pin.
 
         They include the straps of all channels.
         """

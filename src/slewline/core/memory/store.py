@@ -1,9 +1,9 @@
 """Non-volatile memory of a part: the bench gives the part a store, which the part reads and writes.
 
-content   0 ........ 17 ........ 23            a store has bytes from address 0 on
-          write: all of them
-append:             |new| at 17                some of them, or more bytes at the end
-pending             still writing              for a store that returns before it has written
+content   0 ........ 17 ........ 23            the bytes of a store, from address 0 on
+write     0 ........ 17 ........ 23            replaces all bytes
+append               17 ..                     replaces some bytes, or adds bytes at the end
+pending   still writing                        for a store that is still writing after the call
 """
 
 from __future__ import annotations

@@ -44,9 +44,9 @@ def deviation(axis: Axis, ideal: Ideal) -> Deviation:
     def worst(changes: NDArray[np.int64], of: Callable[[NDArray[np.int64]], NDArray[np.float64]]) -> tuple[float, int]:
         """Return the difference (actual minus ideal) that is greatest in magnitude, and its instant (ps).
 
-        `changes` are the instants at which the actual value changes.  Between consecutive changes,
-        or bends of the ideal, both values are monotonic, so the greatest difference is at or just before such a
-        change or bend.  `of` returns the differences at given instants.
+        `changes` are the instants at which the actual value changes; `of` returns the differences at given
+        instants.  Between changes of the actual value and bends of the ideal, both values are monotonic.  So the
+        greatest difference is at a change or a bend, or just before it.
         """
         at = np.unique(np.concatenate([changes, changes - 1, bends, bends - 1, [start, stop]]))
         at = at[(at >= start) & (at <= stop)]

@@ -196,7 +196,8 @@ class OneAxis:
     def deviation(self, motion: MotionStart) -> Deviation:
         """Return the greatest deviations, in magnitude, of the axis from the ideal of a motion.
 
-        The time compared is from the start of the ideal to its end, or to now if that is earlier.
+        The comparison begins at the start of the ideal.  It ends at the end of the ideal, or at the present
+        instant if that comes earlier.
 
         Raises:
             UsageError: the argument is not a motion, or the motion has no ideal.

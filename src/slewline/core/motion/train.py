@@ -336,7 +336,7 @@ class Playing(Until):
 
     @property
     def moves(self) -> int | None:
-        """The instant (ps) from which the train determines the velocity.
+        """The instant (ps) at which the first step begins; from then on, the train determines the velocity.
 
         It is None if the train is cut off at or before that instant.
         """

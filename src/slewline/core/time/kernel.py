@@ -85,8 +85,8 @@ class Call:
 class CommitHook(Hook[[int]]):
     """The hook that is called with each committed instant (`Kernel.on_commit`).
 
-    A run checks for listeners only once, when it starts; if the first listener is added later in the run, a mark in the
-    heap announces this listener.  So instants without listeners cost nothing extra.
+    A run checks for listeners only once, when it starts, so that instants without listeners cost nothing
+    extra.  If the first listener is added during a run, an entry in the heap makes the run notice it.
     """
 
     __slots__ = ("kernel", "mark")

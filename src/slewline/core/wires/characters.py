@@ -121,11 +121,11 @@ async def transmit(driver: Driver, frames: FrameTable, data: bytes, fault: str =
 
 
 def handed_over(driver: Driver, line: Characters) -> bool:
-    """Pass a line, which begins now, directly to the receivers on the wire; return False if it must be driven.
+    """Pass a line that begins now directly to the receivers on the wire; return whether this was possible.
 
-    The line can be passed directly, without a commit, if the running task is alone in its round, if no
-    driver other than `driver` drives the wire, and if all observers of the wire are receivers at rest with
-    the character format of the line.
+    If it was not possible, the caller must drive the wire.  It is possible only if no other task runs in
+    this round, no driver other than `driver` drives the wire, and all observers of the wire are receivers at
+    rest with the character format of the line.
     """
     root, kernel = driver.net, driver.kernel
     active = root.active

@@ -46,7 +46,7 @@ class ScanWindow:
             self.ps *= 2
 
     def skipped(self, ps: int) -> None:
-        """Reset the length of the next stride after a pause (ps) longer than a stride: edges may then be dense."""
+        """Reset the stride length if the scan has skipped more than one stride (`ps`): edges may then be dense."""
         if ps > self.ps:
             self.ps = FIRST_PS
 
@@ -54,9 +54,9 @@ class ScanWindow:
 class WalkedEdges(Events):
     """The edges of any wave, found by scanning it.
 
-    `_starts` are the instants after which stretches of the scan begin, and `_counts` the numbers of edges up
-    to these instants.  The last expanded stretch is kept, since consecutive queries are often close
-    together.
+    The scan is divided into stretches.  `_starts` has the instant at which each stretch begins, and
+    `_counts` the number of edges up to and including that instant.  The last expanded stretch is kept, since
+    consecutive queries are often close together.
     """
 
     def __init__(self, promise: Any, level: int, since: int) -> None:

@@ -1,20 +1,21 @@
-r"""Exchanges as values: a transfer between two ends costs nothing on the wires while they are not observed.
+r"""Exchanges by value: a transfer causes no events on the wires while nothing observes them.
 
     strobe         ‾‾‾‾\___/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾     a `DrawnLine`, whose edges are queried, not run as events
     bus            ----<  byte  >----------     a `DrawnLine`
     by value             one call          |    a probe or another driver is added: withdraw
-    edge by edge                           |    the rest is waves, which the ends watch
+    edge by edge                           |    ordinary waves, and the ends watch their nets
 
-A bus cycle or a strobe has many edges, and all of them follow from a few numbers: its start, an address, a byte.  While
-both ends are known, and nothing else watches, samples or drives their wires, the edges are not instants of the run: one
-end calls the other with the data, and each driver has a `DrawnLine`, which computes its edges when its level is
-queried.  All edges follow from the state of the exchange, which is a few values.  Where a wire is recorded,
-the states of its exchanges are kept, and the edges are computed on request (`PastExchanges`).
+A bus cycle or a strobe has many edges.  All of them follow from a few values, such as the start, an
+address and a byte; these values are the state of the exchange.  An exchange is made by value while both
+ends are known, and nothing else watches, samples or drives their wires.  Then the edges are not events:
+one end calls the other with the data, and each driver has a `DrawnLine`, which computes its edges when
+its level is queried.  Where a wire is recorded, the states of its exchanges are kept, and the edges are
+computed on request (`PastExchanges`).
 
 As soon as anything begins to observe the wires, or any other driver drives a level, the exchange is
 withdrawn: the lines become ordinary waves, the ends watch their nets again, and the rest continues edge
-by edge.  Transfers that cannot be made by value also run edge by edge, as does the reference model (the
-twin), with which an exchange by value agrees in every edge, byte and finding.
+by edge.  Transfers that cannot be made by value also run edge by edge.  The reference model (the twin)
+always runs edge by edge; an exchange by value agrees with it in every edge, byte and finding.
 """
 
 from __future__ import annotations

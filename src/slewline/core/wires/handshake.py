@@ -1,6 +1,6 @@
-r"""Bytes over a two-line handshake, sent by value: all bytes of a command, including the last.
+r"""Bytes sent over a two-line handshake by value: the edges of all bytes of a command follow from its start.
 
-    I/O REQUEST  ‾‾\______/‾‾‾\______/‾‾‾\______/‾‾‾‾‾‾‾‾‾‾‾‾‾‾     led by the host
+    I/O REQUEST  ‾‾\______/‾‾‾\______/‾‾‾\______/‾‾‾‾‾‾‾‾‾‾‾‾‾‾     driven by the host
     INSTROBE     ‾‾‾‾\_/‾‾‾‾‾‾‾‾\_/‾‾‾‾‾‾‾‾\_/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾
     READY        ‾‾‾‾‾‾‾‾\_/‾‾‾‾‾‾‾‾\_/‾‾‾‾‾‾‾‾\____________/‾‾
     bytes            R   |       5  |      CR   |           |
@@ -10,7 +10,8 @@ A chip takes the same time for every byte that it only stores, and a host withou
 edge at the same instant; so all edges follow from the start, and neither end is woken until the last
 byte is accepted.  Acting on the last byte takes time; READY returns high when the chip has finished.
 
-A withdrawn exchange continues edge by edge (exchange.py): host and chip then wait for the edges that come next.
+A withdrawn exchange continues edge by edge (exchange.py): host and chip then wait for the edges that
+come next.
 """
 
 from __future__ import annotations
@@ -242,7 +243,7 @@ class Handshakes(Exchange):
                 net.register(sender, wanted)
 
     def _left(self, seen: int) -> None:
-        """After a withdrawal, promise the chip's edges due now, and the end of an INSTROBE pulse in progress."""
+        """After a withdrawal, make the chip's outputs change as is due now, and end any INSTROBE pulse in progress."""
         coming, now = self.state, self.kernel.now
         for line in self.answering:
             wave, driver = line.wave, line.driver

@@ -222,14 +222,14 @@ class TakesWhole(Protocol):
 
 
 class ByValue(Protocol):
-    """An exchange made over wires by value (exchange.py)."""
+    """A data transfer over wires that is made as one call, without events for its edges (exchange.py)."""
 
     @property
     def changing(self) -> list[Net]:
         """The nets that have an edge in the instant that is about to be committed."""
 
     def withdraw(self) -> None:
-        """End the exchange by value, and continue edge by edge."""
+        """End the transfer as one call, and continue it edge by edge."""
 
 
 class WiringChange:
@@ -373,7 +373,7 @@ class Net:
         self.waiters = [entry for entry in self.waiters if entry[0].token == entry[1]]
 
     def _alone(self) -> None:
-        """Make any by-value exchange over the wire continue edge by edge, because the edges will be observed."""
+        """Make a transfer over this wire that runs without edges (`ByValue`) continue edge by edge."""
         if self.exchange is not None:
             self.exchange.withdraw()
 

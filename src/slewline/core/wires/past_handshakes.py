@@ -1,8 +1,8 @@
 r"""Past handshakes: the edges of all commands in a window are computed together, when they are requested.
 
-    commands    R 5 \r      N 100 \r        G \r         the states of a log
-    requests    | | |  |    | | | | |  |    | |          one array of clock ticks
-    a wire      the same ticks, a few later              one array of instants
+    commands    R 5 \r      N 100 \r        G \r         the recorded commands
+    requests    | | |  |    | | | | |  |    | |          one array: the clock tick of each request
+    a wire      each edge a few ticks after a request    one array: the instant of each edge
 
 A saved dialogue has thousands of commands, and a chip takes the same time for every byte that it only
 stores; so a few operations on arrays give all the edges of a wire.  They are the same edges that
@@ -72,7 +72,7 @@ class ManyCommands:
 
     @property
     def driven(self) -> NDArray[np.int32]:
-        """The level with which the host drives the bus for each byte."""
+        """The bus level that the host drives during each byte, (n,) int32; all eight wires are driven."""
         import numpy as np
 
         return np.frombuffer(b"".join([command.data for command in self.commands]), np.uint8) | np.int32(0xFF00)
@@ -95,7 +95,6 @@ class ManyCommands:
 
 
 def _alternating(first: NDArray[np.int64], second: NDArray[np.int64], level: int) -> Edges:
-    """Return edges to `level` at the instants `first` (ps), each followed by one to the other level at `second`."""
     import numpy as np
 
     times = np.stack((first, second), axis=1).ravel()
@@ -104,7 +103,7 @@ def _alternating(first: NDArray[np.int64], second: NDArray[np.int64], level: int
 
 @lru_cache(maxsize=4)
 def drawn(kind: Drawn, commands: tuple[HandshakenBytes, ...]) -> ManyCommands:
-    """Return `kind(commands)`, cached, because several wires of a window need the same commands in succession."""
+    """Return `kind(commands)` from a cache, because several wires are computed from the same commands in turn."""
     return kind(commands)
 
 

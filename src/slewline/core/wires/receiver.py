@@ -65,8 +65,7 @@ class CharacterHook(Hook[[Character]]):
 class Receiver:
     """The receiving half of a UART; `receiving` is true within a character.
 
-    The rate and the format may change between two characters; so may the net, which is replaced when it
-    is joined to another net.
+    The rate and the format may change between two characters.  The net may be joined to another net.
 
     Args:
         net: the wire, whose level is `mark` at rest.
@@ -258,10 +257,6 @@ class Receiver:
         return number if self._complete_at(line, number) <= ps else number - 1
 
     def _acts_next(self, line: Characters) -> int:
-        """Return the number of the next character on which the owner acts, or that an observer of the net needs.
-
-        If there is none, return the length of the line.
-        """
         if self.acts is None or self.net.observers:
             return self.at
         number = self.acts(line.data, self.at)
@@ -291,7 +286,11 @@ class Receiver:
         self.acting = False
 
     def _take(self, line: Characters, number: int, acts: int) -> None:
-        """Take the characters of a line up to and including `number`; the owner acts next on number `acts`."""
+        """Pass the characters of a line to the owner, from the next one up to and including character `number`.
+
+        `acts` is the number of the next character on which the owner acts.  This character is passed to `taken`,
+        the characters before it are passed to `passed`.
+        """
         at, data = self.at, line.data
         self.at = number + 1
         if self.at == len(data):

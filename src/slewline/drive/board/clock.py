@@ -26,10 +26,10 @@ JUMP_S = 1.0  # a board is never further off, except for the crystal error since
 
 @dataclass(slots=True)
 class TickBounds:
-    """The tightest bounds on the board's tick since `start`: an upper bound and a lower bound.
+    """The tightest upper bound and the tightest lower bound on the board's tick, within a period of time.
 
-    The tick is at most `above` at the time `early`, and at least `below` at the time `late`.  All times are
-    host times in ns.
+    The period begins at `start`.  The tick is at most `above` at the time `early`, and at least `below` at
+    the time `late`.  `start`, `early` and `late` are host times in ns.
     """
 
     start: int

@@ -13,7 +13,11 @@ KEPT_EVENTS = 8  # maximum number of events that a board can repeat
 
 @dataclass(slots=True)
 class SentFrame:
-    """An unanswered frame; `copy` numbers the copies of its command, from 1; 0 for a frame without a command."""
+    """A frame that the board has not answered yet.
+
+    `copy` is 1 if the frame is the first copy of its command, 2 for the second, and so on; it is 0 for a
+    frame without a command.
+    """
 
     number: int
     kind: int
@@ -29,8 +33,8 @@ class EventOrder:
 
     Attributes:
         lost: the number of events that the board has discarded.
-        asked: for each missing event that has been requested, keyed by its number: the earliest time (ns) at
-            which it may be requested again.
+        asked: the missing events that have been requested: the number of each event, and the earliest time
+            (ns) at which to request it again.
     """
 
     def __init__(self, first: int) -> None:

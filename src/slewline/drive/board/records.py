@@ -198,9 +198,10 @@ Found = tuple[int, int, int]  # steps, first interval, add
 
 
 def _longest(offsets: NDArray[np.int64], tolerance: int, shortest: int, steepest: int) -> Found:
-    """Return the longest record for the steps at these offsets from its start, beginning with the first step.
+    """Return the longest record that fits the steps at `offsets`, beginning with the first of them.
 
-    The result is the number of steps, the first interval and `add`; the number is 0 if no step fits.
+    `offsets` are counted from the start of the record.  The result is the number of steps, the first
+    interval and `add`; the number is 0 if not even the first step fits.
     """
     most = len(offsets)
     low, high = offsets - tolerance, offsets + tolerance
@@ -221,11 +222,13 @@ def _longest(offsets: NDArray[np.int64], tolerance: int, shortest: int, steepest
 def _through(
     low: NDArray[np.int64], high: NDArray[np.int64], shortest: int, bounds: tuple[int, int], add: int
 ) -> tuple[tuple[int, int] | None, tuple[int, int]]:
-    """Search for a record whose steps are all within `low` .. `high`; return it, and the bounds of `add`.
+    """Search for a first interval and an `add` that put every step n between `low[n]` and `high[n]`.
 
-    The record is (first interval, `add`), or None if there is none.  For a given `add`, the first interval
-    has a lower and an upper limit.  If these contradict each other, they show whether `add` must be greater
-    or smaller, and the search continues there, within `bounds`.
+    Return these two numbers, or None if there are none; and bounds within which `add` must be.  The search
+    begins at the argument `add`.
+
+    Each step limits the first interval for a given `add`.  If the highest lower limit is above the lowest
+    upper limit, these two limits show whether `add` must be greater or smaller.
     """
     count = len(low)
     steps, sums = _STEPS[:count], _SUMS[:count]
@@ -260,7 +263,10 @@ def _through(
 def _extended(
     count: int, first: int, add: int, low: NDArray[np.int64], high: NDArray[np.int64], shortest: int
 ) -> Found:
-    """Return the record of `count` steps extended by the next steps, as far as `first` and `add` fit them."""
+    """Return a record of `count` steps, lengthened by the next steps that are also within `low` and `high`.
+
+    `first` and `add` remain unchanged.
+    """
     end = min(len(low), 8 * count)
     if add < 0:
         end = min(end, (first - shortest) // -add + 1)

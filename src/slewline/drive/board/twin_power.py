@@ -3,8 +3,9 @@
     off -> on    an OUTPUTS frame, in IDLE, if every emergency-stop contact is closed, a driver is known,
                  the run is not dry, and RESET has unlocked the driver since power-up and since the board
                  last switched it off by itself
-    on -> off    an OUTPUTS frame at rest; an emergency stop, in any state; and, as CONFIG selects, when
-                 the board has been halted, at rest or without a host for the configured time
+    on -> off    an OUTPUTS frame at rest; an emergency stop, in any state; and, if CONFIG allows it, when
+                 the board has been in HALT, or at rest without a host, for the configured time; CONFIG
+                 can also select this for a board that is at rest with a host
 
 In motion only an emergency stop cuts the current, because otherwise the motor would coast, and the count
 would be wrong.
@@ -81,7 +82,11 @@ class TwinPower:
         self.switch(False, tick)
 
     def watch(self, tick: int, state: BoardState, config: BoardConfig, silent: bool) -> None:
-        """Switch the driver off after a halt, at rest or without a host, as CONFIG selects; run by the main loop."""
+        """Switch the driver off if the board has been inactive for the configured time; called by the main loop.
+
+        CONFIG selects when a board counts as inactive: never; in HALT, or at rest while the host is `silent`; or
+        also at rest with a host.
+        """
         passed, self._seen = (tick >> HOLD_SHIFT) - self._seen, tick >> HOLD_SHIFT
         off = config.enable_off
         abandoned = state == HALT or (state == IDLE and silent)

@@ -392,7 +392,10 @@ def tail_payload(first: int, entries: Sequence[tuple[int, int]]) -> bytes:
 
 
 def tail_entries(payload: bytes) -> tuple[int, list[tuple[int, int]]] | None:
-    """Return the index of the first entry, and the entries, of TAIL; None unless it has 1 to 10 whole entries."""
+    """Return the index of the first entry in a TAIL payload, and a list of its entries.
+
+    Return None if the payload does not consist of an index and 1 to 10 complete entries.
+    """
     if not 1 + _ENTRY.size <= len(payload) <= 1 + ENTRIES_A_FRAME * _ENTRY.size or (len(payload) - 1) % _ENTRY.size:
         return None
     return payload[0], [(interval, count) for interval, count in _ENTRY.iter_unpack(payload[1:])]

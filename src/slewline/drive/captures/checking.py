@@ -135,7 +135,7 @@ def _of_driver(sheet: StepDriver, edge: str, axes: Iterable[AxisCapture], doubt:
 
 
 def _too_coarse(sheet: StepDriver, doubt: int) -> Iterator[str]:
-    """Yield a remedy if a recording is too coarse for the pulses of a driver; `doubt`: the sampling period, ps."""
+    """Yield advice if the sampling period `doubt` (ps) is too long for the pulses of a driver."""
     shortest = min(filter(None, (sheet.high_ps, sheet.low_ps)), default=0)
     if shortest and doubt * COARSE > shortest:
         yield (

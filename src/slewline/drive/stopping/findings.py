@@ -1,4 +1,4 @@
-"""Reports of a drive's troubles, as findings of its chip, and corrections of the chip's position register."""
+"""Reports of a drive's problems, as findings of its chip, and corrections of the chip's position register."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ def signed(number: int) -> int:
 
 
 class DriveFindings:
-    """The reporter of a drive's troubles; `reported` has the texts of all troubles so far."""
+    """The reporter of a drive's problems; `reported` has the texts of all problems so far."""
 
     def __init__(self, state: DriveState, feeder: Feeder) -> None:
         self.state, self.feeder, self.reported = state, feeder, list[str]()
 
     def report(self, code: str, text: str, position: int | None = None) -> None:
-        """Report a trouble as a finding of the chip; if a position is given, set the position register to it."""
+        """Report a problem as a finding of the chip; if a position is given, set the position register to it."""
         self.reported.append(f"{code}: {text}")
         self.state.chip.motor_report(code, text, self.state.number, position)
 
@@ -31,16 +31,20 @@ class DriveFindings:
         self.report("position-uncertain", text)
 
     def register(self, missing: int) -> int:
-        """Return the position register less `missing`, the net steps that the chip made and the motor did not.
+        """Return the position register as it would be without the `missing` steps.
 
-        If the register has not counted these steps, nothing is subtracted.
+        These are the net steps that the chip made and the motor did not.  If the register has not counted them,
+        it is returned unchanged.
         """
         axis = self.state.axis
         counted = missing if axis.past[-1].counts or not axis.past[-1].playing else 0
         return axis.low + (axis.position - counted - axis.low) % axis.modulus
 
     def taken_over(self, missing: int) -> None:
-        """Report `missing` net steps that the chip made and the motor did not, if any; correct the chip's register."""
+        """Report that the motor did not make `missing` of the chip's net steps, and correct the chip's register.
+
+        Do nothing if `missing` is 0.
+        """
         if missing:
             register = self.register(missing)
             self.report(

@@ -1,4 +1,4 @@
-"""Another run of a chip after its board has stopped: the cause, and the instant at which to repeat it."""
+"""Another run of the model, after a board has stopped its motor by itself: the inputs to repeat, and when."""
 
 from __future__ import annotations
 
@@ -12,7 +12,10 @@ if TYPE_CHECKING:
 
 
 class Cause(NamedTuple):
-    """The cause of a board's stop: inputs at instants of the model (ps), the first of which stopped the board."""
+    """The cause of a board's stop: inputs, with their instants in the model (ps).
+
+    The first input is the one that stopped the board.
+    """
 
     entries: Sequence[Mapping[str, Any]]
     without: tuple[int, ...] = ()
@@ -43,10 +46,13 @@ class Rewound(NamedTuple):
 
 
 def following(tried: Mapping[int, Rewound], times: Sequence[int]) -> int | None:
-    """Return the instant to try next (ps): between the latest try that was too early and the earliest too late.
+    """Return the instant (ps) at which the next try is to repeat the inputs; None if there is none to try.
 
-    If no try was too early, or none too late, count from the last try as many of the steps in `times` as
-    were missing there, and return the instant of the step reached; return None if there is no such step.
+    A try was too early if steps were missing in its motion, and too late if the motion had too many steps.
+    If there are tries of both kinds, the result is interpolated between the latest early try and the
+    earliest late one.  Otherwise it is derived from the last try: if 3 steps were missing (too many), it is
+    just after the step that is 3 steps later (earlier) in `times`, the instants of the steps (ps).  It is
+    None if `times` does not extend so far.
     """
     early = max((at for at, found in tried.items() if found.missing > 0), default=None)
     late = min((at for at, found in tried.items() if found.missing < 0), default=None)
@@ -59,7 +65,7 @@ def following(tried: Mapping[int, Rewound], times: Sequence[int]) -> int | None:
 
 
 def named(chip: Chip, text: str) -> str:
-    """Return the name of the command that a chip reports with a text; "" if its data sheet has no such command."""
+    """Return the name of a command, given its text as a chip reports it; "" if it is not in the data sheet."""
     forms = {row.form: row.name for row in chip.sheet.commands}
     return forms.get(text, forms.get(text.partition(" ")[0], ""))
 

@@ -269,7 +269,7 @@ class Rewind:
 
     @property
     def _hold_input(self) -> BoardInput | None:
-        """Board input that holds the motor, or None; its release is applied at the present instant."""
+        """The board input that has caused the stop, if it holds the motor only while it is active; otherwise None."""
         each = None if self.stop is None else self.inputs.get(self.stop.which)
         return each if each is not None and each.reflex == "hold" else None
 

@@ -130,7 +130,7 @@ class StopRamps:
         self._pieces: list[RampPiece] = []
 
     def turn(self, feeder: Feeder) -> None:
-        """Send a stop ramp that serves for any rate, if the motor runs fast without a plan and the board has none."""
+        """Send a stop ramp for any rate, if the motor runs fast without a plan and the board has no stop ramp yet."""
         state, ident = self.state, self.link.ident
         if not self._knows() or ident is None or self.tail or state.axis.past[-1].plan is not None:
             return
@@ -139,7 +139,7 @@ class StopRamps:
             self.link.tail(self.tail)
 
     def _knows(self) -> bool:
-        """Return whether a board has identified itself; if it has done so again, forget the table sent earlier."""
+        """Return whether a board has identified itself; after a new identification, forget the table sent before."""
         ident = self.link.ident
         if ident is not self._ident:
             self._ident, self._plan, self.tail = ident, None, []

@@ -39,7 +39,7 @@ RESULTS = {
 
 
 class Troubles:
-    """The handler of the board's reports, which halts the drive.
+    """The object that handles the reports of the board, and halts the drive if necessary.
 
     Args:
         stopping: the object that stops the chip; another one may replace it later.
@@ -186,11 +186,17 @@ class Troubles:
             self.stopping.stopped(self._unknown())
 
     def _unknown(self) -> BoardEvent:
-        """Return a substitute event, at the model's present travel, for a stop that the board has not reported."""
+        """Return an event that stands for a stop that the board has not reported.
+
+        Its position is the present travel of the model.
+        """
         return BoardEvent(0, Happening.BOOT, HOST, BoardState.BOOT, 0, signed(self.state.axis.travel), 0)
 
     def silent(self, while_: str) -> None:
-        """Handle a board that has not answered for the time stated in `while_`; stop any motion in progress."""
+        """Handle a board that has not answered for some time; stop any motion in progress.
+
+        `while_` is that time as text, such as "500 ms".
+        """
         self.report(
             "board-silent",
             f"the board has not answered for {while_}: check its cable and its supply",
@@ -200,7 +206,10 @@ class Troubles:
             self._halt()
 
     def note_message(self) -> None:
-        """Handle a message: after an unreported halt, take the board's count as soon as the board is at rest."""
+        """Handle a message from the board: after a halt without an event, take over the count of the board.
+
+        The count is taken over as soon as the board is at rest.
+        """
         state, answer = self.state, self.link.answer
         if self._before_halt is None or answer is None or answer is self._before_halt:
             return

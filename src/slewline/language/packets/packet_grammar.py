@@ -44,7 +44,14 @@ class PacketCommand(Command):
 
 
 class Sibling(NamedTuple):
-    """A sister part's command: its name, the number of words a host writes, the number it reads, and the part."""
+    """A command of a sister part.
+
+    Attributes:
+        name: the name of the command.
+        writes: the number of words that a host writes for it.
+        reads: the number of words that a host reads from the part.
+        of: the name of the sister part.
+    """
 
     name: str
     writes: int

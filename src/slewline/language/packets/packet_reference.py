@@ -68,7 +68,7 @@ def packet_table(sheet: Sheet) -> str:
 
 
 def words_of(dialect: packet_grammar.Words) -> list[str]:
-    """Return chapters, in Markdown, about the status, mode and version words, and codes without a command."""
+    """Return chapters in Markdown: status word, mode word, version word, and codes that are not commands."""
     return [
         f"## Status word\n\n{_fields(dialect.status)}",
         f"## Mode word\n\n{_fields(dialect.mode)}",

@@ -60,7 +60,11 @@ class TextDialect(Dialect[TextRow]):
     def spell(
         self, row: TextRow, values: Sequence[int], labels: str = "", names: Mapping[int, str] | None = None
     ) -> str:
-        """Return a command as text: its letter and values, with letters for label codes and named addresses."""
+        """Return a command as text: its letter and its values.
+
+        A letter replaces a value that is the code of a label, and an address that has a name.  `labels` are the
+        letters that can be labels; `names` are the letters of named addresses, keyed by address.
+        """
         return spell(row, letters_for(row, values, labels, names or NO_NAMES))
 
     def sent(self, sheet: Sheet, line: str) -> bytes:
@@ -130,8 +134,8 @@ class TextDialect(Dialect[TextRow]):
     ) -> bytes:
         """Return the bytes that a host sends to enter a program in binary form.
 
-        They include the commands that begin and end its entry.  `single_count`: one byte count for all
-        statements.
+        They include the commands that begin and end program entry.  If `single_count` is True, all statements
+        share one byte count.
         """
         before, after = self.framed(sheet, framing, statements)
         program = self.binary(sheet, statements, single_count)
@@ -151,7 +155,7 @@ class TextDialect(Dialect[TextRow]):
         return statement.text
 
     def binary(self, sheet: Sheet, statements: Sequence[Statement], single_count: bool) -> bytes:
-        """Return statements in binary form; `single_count`: with one byte count for all statements."""
+        """Return statements in binary form; if `single_count` is True, all of them share one byte count."""
         raise NotImplementedError
 
     def check_stream(self, sheet: Sheet) -> None:

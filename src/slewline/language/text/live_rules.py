@@ -40,15 +40,11 @@ def rests(sheet: Sheet) -> re.Pattern[str]:
 
 
 def _waits(pin: Pin, holds: int) -> str:
-    """Return a regular expression for the text of a condition, such as "BUSY = 0".
-
-    The level is the one at which the pin is active or, if `holds` is 0, inactive.
-    """
     return rf"{pin.name}\s*=\s*{level_of(pin, holds)}"
 
 
 def level_of(pin: Pin, holds: int) -> int:
-    """Return the level at which a pin is active, in the sense of its role; if `holds` is 0, the opposite level."""
+    """Return the level at which the role of a pin is active or, if `holds` is 0, not active."""
     return holds if pin.sense != 0 else 1 - holds
 
 

@@ -1,1 +1,1 @@
-"""Clients of a slewline server, for programs in Python: for served registers and for the control port."""
+"""Python clients of a slewline server: clients for served registers, and a client for the control port."""

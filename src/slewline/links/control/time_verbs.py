@@ -26,7 +26,7 @@ class TimeVerbs(Verbs):
     """Handlers of pauses, steps, waits, breakpoints, and returns to the past."""
 
     def do_pause(self, _request: Data) -> Data:
-        """Pause time, and end the waits that make paused time run."""
+        """Pause time; also end any wait that lets time run during a pause."""
         self.server.breakpoints.stand()
         return {}
 

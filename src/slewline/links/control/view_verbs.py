@@ -247,7 +247,7 @@ def argument(parameter: Parameter) -> Data:
 
 
 def as_time(text: str) -> Time:
-    """Return a time in the form that a bench accepts: "0 ps" becomes the number 0."""
+    """Return a text as a time that a bench accepts: "0 ps" becomes the number 0, any other text is unchanged."""
     return 0 if text == "0 ps" else text
 
 

@@ -68,11 +68,11 @@ def board(bench: Bench, chip: Chip, over: str | None, card: str | None = None) -
 def gpib(bench: Bench, chips: Sequence[Chip]) -> tuple[GpibController, dict[int, Chip]]:
     """Return a controller on an IEEE-488 bus with chips, and a dictionary of these chips, keyed by address.
 
-    If no device connects a chip to such a bus, the chip is connected to a new device, with the next free
-    address (5 or higher) and the interrupt logic that the device needs.
+    A chip that is not yet connected to such a bus by a device is connected to a new device.  The new device
+    has the next free address (5 or higher), and the interrupt logic that it needs.
 
     Raises:
-        UsageError: two chips have the same address, or one is on the bus as a listener without an address.
+        UsageError: two chips have the same address, or a chip is a listener without an address on the bus.
         WiringError: a chip has no port for such a device.
     """
     devices = [device_of(bench, chip) for chip in chips]

@@ -3,9 +3,9 @@
     module --- sent at 12.0 ms ---> | gate |  ... a cable's delay later ---> delivered: the host has it
 
 Without a gate, data is delivered immediately.  A bench that has gone back to an earlier instant
-produces all data after that instant again.  Data already delivered in the former run is not sent
-again; the rest goes to the gate, where it replaces the data of the former run that is still delayed.  So
-a host receives no byte twice, and no byte that was withdrawn before delivery.
+produces all data after that instant again.  The part of this new data that the former run has already
+delivered is not sent again.  The rest of the new data goes to the gate, and the former run's data that
+is still delayed there is withdrawn.  So a host receives no byte twice, and no withdrawn byte.
 """
 
 from __future__ import annotations
@@ -42,8 +42,8 @@ class Outlet:
     """The delivery of data from modules to a host.
 
     Args:
-        deliver: sends bytes to the host; its second argument is the only host that may get them; None:
-            any host may.
+        deliver: sends bytes to the host.  Its second argument is the only host that may receive them; if it
+            is None, any host may.
     """
 
     def __init__(self, deliver: Callable[[bytes, object], object]) -> None:

@@ -1,6 +1,7 @@
 """The progress of virtual time in a server: with the wall clock, or in lockstep with the clients.
 
-    paced       virtual time follows the wall clock: v = origin + rate * (wall - origin of the wall).
+    paced       virtual time follows the wall clock:
+                virtual = virtual at the start + rate * (wall - wall at the start).
                 Whenever the loop wakes, the bench runs up to the present instant; then the loop sleeps
                 until the instant of the next event.  A bench that falls behind catches up; one that
                 falls behind by more than a second (a machine that was asleep, a rate that is too high)
@@ -10,8 +11,9 @@
                 sent and answered, or during an `advance` or an `until`.  An endless motion advances
                 only during waits.
 
-A pause stops time in both modes: time then runs only for waits with `pushes`, such as a single step.  In
-both modes, time runs in slices of a few wall-clock milliseconds, so that clients are served in between.
+A pause stops time in both modes.  During a pause, time runs only for a wait whose `pushes` is True, such
+as the wait for the end of a single step.  In both modes, time runs in slices of a few wall-clock
+milliseconds, so that clients are served in between.
 """
 
 from __future__ import annotations
@@ -98,7 +100,10 @@ class Pace:
         raise NotImplementedError
 
     def _pushed(self) -> int:
-        """Return the instant (ps) up to which time may run in a pause: the latest limit of the waits with `pushes`."""
+        """Return the instant (ps) up to which time may run during a pause.
+
+        This is the latest time limit of the waits whose `pushes` is True; if there are none, the current instant.
+        """
         return max((wait.limit_ps for wait in self.waits if wait.pushes), default=self.kernel.now)
 
     def pause(self) -> float | None:
@@ -145,9 +150,10 @@ class Pace:
         return self.clock() >= self.stop_ns
 
     def _bounded(self, goal: int) -> int:
-        """Return the goal (ps), but no later than the first time limit of a wait.
+        """Return the goal (ps), or an earlier instant at which a wait must be checked.
 
-        If a wait can predict when it is met, the goal is also no later than this prediction or the next event.
+        Each wait must be checked at its time limit.  A wait that can predict when it is met must also be checked
+        at the predicted instant, and at the next event, which may change the prediction.
         """
         for wait in self.waits:
             goal = min(goal, max(wait.limit_ps, self.kernel.now))

@@ -21,7 +21,13 @@ class AnyLine(Protocol):
         """Rate of the line, baud; None if the line has no rate."""
 
     def attach(self, name: str, host: Callable[[bytes], int], resume: Callable[[], object]) -> None:
-        """Connect a host: `host(data)` sends bytes to it, and returns the number dropped; `resume()` reads more."""
+        """Connect a host.
+
+        Args:
+            name: the name of the host.
+            host: a function that sends bytes to the host, and returns the number of bytes dropped.
+            resume: a function that makes the port continue to read bytes from the host.
+        """
 
     def leave(self, why: str) -> None:
         """Disconnect a host that has left; `why` is the reason."""

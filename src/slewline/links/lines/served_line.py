@@ -172,7 +172,7 @@ class HostLine:
     # ------------------------------------------------------------------------------------------------ another bench
     @property
     def part(self) -> Part:
-        """Part on the bench in which the line ends."""
+        """The part that terminates the line on the bench."""
         raise NotImplementedError
 
     def move(self, bench: Bench, coming: Sequence[SentBytes]) -> None:
@@ -223,7 +223,7 @@ class HostLine:
 
 
 class Act(NamedTuple):
-    """An action of a line on the part at its end, other than an input; see `Acts.add`.
+    """An action that a line performs on the part at its end, and that is not an input; see `Acts.add`.
 
     `do` performs the action; `ps` is its instant (ps); `inputs` is the number of inputs that the part had
     received before it.
@@ -235,10 +235,10 @@ class Act(NamedTuple):
 
 
 class Acts:
-    """The record of a line's actions on the part at its end, other than inputs: awaiting and sending answers.
+    """The record of the actions that a line performs on the part at its end, and that are not inputs.
 
-    Another bench that replays the inputs of the journal needs this record, because the journal does not
-    contain these actions.
+    Such actions wait for an answer, or send it.  The journal does not contain them, so another bench that
+    replays the inputs of the journal needs this record.
 
     Args:
         part: the name of the part.
@@ -367,7 +367,8 @@ class ConnectorLine(HostLine):
     def quiet(self) -> bool:
         """Return whether every character has been sent to the chip, and no answer is in transit.
 
-        While the chip waits for a host on another line, characters that wait for CTS do not count.
+        A line that is held up by CTS also counts as quiet, provided that the chip waits for a host on another
+        line.
         """
         if self.coming or not (self.uart.idle or self._waits_for_rate()):
             return False

@@ -175,7 +175,7 @@ class PrologixLine(RequestLine):
         return data[:at]
 
     def forget_half(self) -> None:
-        """Discard the start of a line whose end arrives elsewhere."""
+        """Discard the incomplete line received so far, because the rest of it will not arrive here."""
         self.half = b""
 
     def sent(self) -> bool:

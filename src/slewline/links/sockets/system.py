@@ -48,9 +48,9 @@ Ready = tuple[selectors.SelectorKey, int]
 class FineSelector(getattr(selectors, "EpollSelector", selectors.DefaultSelector)):  # type: ignore[misc]
     """The system's selector, with sleeps of any length.
 
-    epoll rounds its sleep up to whole milliseconds.  `select` does not, and can wait for the one descriptor
-    of epoll itself, however many descriptors epoll watches.  But `select` is a second system call, so it is
-    used only for sleeps of up to a second; a longer sleep ends early.
+    epoll rounds its sleep up to whole milliseconds; `select` does not.  So for a sleep of up to a second,
+    `select` first waits for the descriptor of epoll itself, which is ready when any descriptor watched by
+    epoll is ready.  This takes a second system call.  A longer sleep uses only epoll, and ends early.
     """
 
     rounds = hasattr(selectors, "EpollSelector")
@@ -198,7 +198,11 @@ def ended(process: int) -> None:
 
 
 def ignore(which: Iterable[int]) -> None:
-    """Ignore signals; during the change, block them, or else Python would report a signal that has no handler."""
+    """Ignore signals.
+
+    They are blocked during the change.  Otherwise, if one arrived just then, Python would report a signal
+    that has no handler.
+    """
     which = list(which)
     mask: Callable[..., Any] | None = getattr(signal, "pthread_sigmask", None)
     kept = mask(signal.SIG_BLOCK, which) if mask is not None else None

@@ -100,7 +100,7 @@ class LineTaps:
 
 
 def limit_kept(bench: Bench) -> None:
-    """Limit the axis history of a bench to the needs of a server that runs for months."""
+    """Limit the history that a bench keeps of its axes, so that a server can run for months."""
     for chip in bench.chips.values():
         for number, motor in enumerate(chip.axes, 1):
             motor.kept.limit(chip.axis(number).name, stretches=KEPT_STRETCHES)

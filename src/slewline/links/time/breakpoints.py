@@ -75,7 +75,7 @@ class Breakpoints:
             self.pace.wait(wait)
 
     def stand(self) -> None:
-        """Pause time, and end any client request, such as `step`, that runs time while the server is paused."""
+        """Pause time, and end any client request, such as `step`, that makes time pass during the pause."""
         self.pace.pause_time()
         self.stops += 1
 

@@ -89,7 +89,11 @@ class Checkpoints:
             self._thin_out()
 
     def _thin_out(self) -> None:
-        """Remove one checkpoint without pending orders: the one whose neighbours have the least work between them."""
+        """Remove the checkpoint that saves the least computing time, to make room for another.
+
+        This is the checkpoint with the least computing time from the checkpoint before it to the one after it.
+        A checkpoint with pending orders is kept.
+        """
         marks = self.marks
         idle = [n for n in range(1, len(marks) - 1) if not marks[n].waiting]
         if idle:
@@ -102,7 +106,10 @@ class Checkpoints:
         system.ended(checkpoint.process)
 
     def world(self, at_ps: int, order: Data, shared_ps: int, shared: int, arrived: Arrived) -> bool:
-        """Start a world at an instant (ps) from the last suitable checkpoint; see `ServedInstant.world`."""
+        """Start a paused server at an instant (ps), from the last suitable checkpoint; return whether one exists.
+
+        The arguments are described in `ServedInstant.world`.
+        """
         for mark in self.marks[::-1]:
             if mark.time_ps > min(at_ps, shared_ps) or mark.length > shared:
                 continue
@@ -118,7 +125,7 @@ class Checkpoints:
         return False
 
     def _answered(self, mark: Checkpoint) -> None:
-        """Handle a message from a checkpoint: the address of a world, or the end of the checkpoint."""
+        """Handle a message from a checkpoint: the address of a server that it has started, or its own end."""
         try:
             data = mark.orders.recv(1 << 16)
         except BlockingIOError:

@@ -61,7 +61,10 @@ class Road:
         self.line.detour = self
 
     def room(self) -> int:
-        """Return the number of bytes that the host may send now; if it is 0, resume the line a little later."""
+        """Return the number of bytes that the host may send now.
+
+        If it is 0, this method also schedules a call that lets the line continue to read a little later.
+        """
         room = self.stream.queue - len(self.stream.outgoing)
         if room <= 0:
             self.loop.after(AGAIN_S, lambda: self.line.resume() if self.line.resume is not None else None)

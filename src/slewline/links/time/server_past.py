@@ -40,8 +40,8 @@ class ServedInstant(Instant):
 
         Args:
             order: the data that the server needs (`worlds.World`), without `begin`, which the checkpoint sets.
-            shared_ps, shared: the instant (ps) and the byte up to which the order's journal is the same as the
-                journal of the first run.
+            shared_ps, shared: the journal named in `order` is the same as that of the first run up to this
+                instant (ps) and this number of bytes.
             arrived: called with the server's address, or with an error.
 
         Returns:
@@ -114,12 +114,13 @@ class ServedPast(Past):
     def go_on(self, bench: Bench, since_ps: int = 0) -> None:
         """Start to serve another bench, which is at the same instant and has chips and parts of the same names.
 
-        Hosts and clients stay connected; pace, log, views, breakpoints and waits of clients continue on the new bench.
+        Hosts and clients stay connected; pace, log, views, breakpoints and waits of clients continue on the new
+        bench.
 
         Raises:
-            UsageError: the bench is at another instant, or lacks a chip or part; or another branch is shown.  Nothing
-                has changed.
-            OSError: a memory could not be written; nothing has changed.
+            UsageError: the bench is at another instant, or lacks a chip or part; or clients are shown a branch
+                instead of the served bench.  Nothing has changed.
+            OSError: the file of an external memory could not be written; nothing has changed.
         """
         server, old = self.server, self.server.bench
         self._check(bench)
@@ -153,7 +154,8 @@ class ServedPast(Past):
         """Check that a bench can replace the served one.
 
         Raises:
-            UsageError: the bench is at another instant, or lacks a chip or part; or another branch is shown.
+            UsageError: the bench is at another instant, or lacks a chip or part; or clients are shown a branch
+                instead of the served bench.
         """
         old, shown = self.server.bench, self.server.branches.current
         if bench.now_ps != old.now_ps:
@@ -173,7 +175,7 @@ class ServedPast(Past):
             )
 
     def _move(self, line: HostLine, bench: Bench, tap: LineTap) -> None:
-        """Connect a line to another bench; send the output that its host lacks."""
+        """Connect a line to another bench, and send its host the output that the host has not received yet."""
         now = bench.now_ps
         if line.acts is not None:
             bench.on_input.add(line.acts.on_input)

@@ -36,7 +36,7 @@ class Dialogue:
     """The dialogue entries of a bench, recorded from the creation of this object.
 
     Args:
-        names: the sender's name to show for each line, keyed by the name of the part at the line's end.
+        names: the names to show as senders; each is keyed by the name of the part in which a line ends.
     """
 
     def __init__(self, bench: Bench, names: Mapping[str, str]) -> None:
@@ -147,7 +147,7 @@ class Dialogue:
 
 
 def ignore(_text: str) -> None:
-    """Ignore a command: a chip reports its commands only while there is an observer, such as this one."""
+    """Do nothing with a command; a chip reports its commands only while a function such as this is registered."""
 
 
 def written(args: list[Any]) -> Iterable[int]:

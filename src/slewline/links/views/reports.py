@@ -88,7 +88,7 @@ class Lateness:
     """The reporter of lag: it reports when virtual time cannot follow the wall clock, and when it can again.
 
     Args:
-        lag: the lag measured by the pace, including the lost time.
+        lag: the lag of virtual time, including the lost time, as measured by the server's `pace`.
         rate: the requested rate, in virtual seconds per wall-clock second.
         report: called with each message.
     """

@@ -104,9 +104,9 @@ def exchanges_of(entries: Iterable[DialogueEntry], speech: Speech) -> list[Recor
 
 
 def waits_for_none(before: RecordedExchange, at_us: int) -> bool:
-    """Return whether a line begun at `at_us` overlaps the exchange `before`, whose data was still being sent.
+    """Return whether the host begins a line at `at_us` before the data of `before` has been sent.
 
-    This is False if `before` has been answered, or contains only carriage returns.
+    Return False if `before` has been answered, or contains only carriage returns.
     """
     return not before.answer and at_us < before.over_us and before.sent.strip(CR) != b""
 

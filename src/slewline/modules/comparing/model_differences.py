@@ -231,8 +231,9 @@ class DialogueComparison:
     def _time_rows(self, exchange: RecordedExchange, answer: ModelAnswer) -> list[DialogueDifference]:
         """Return the difference in time between the module's answer and the model's, as a list of at most one row.
 
-        The delays are compared first; if they agree within the tolerance, and the answers are equal, the durations are.
-        Times are not compared for a part with an adapter, or if an answer is missing.
+        The row contains the delays if they differ by more than the tolerance.  Otherwise it contains the
+        durations, if they differ by more than the tolerance although the answers are equal.  The list is empty
+        if both agree, for a part with an adapter, or if an answer is missing.
         """
         delay_us, model_us = exchange.delay_us, answer.delay_us
         if delay_us is None or model_us is None or not self.speech.is_timed:

@@ -50,7 +50,7 @@ def play(exchanges: Sequence[RecordedExchange], module: Module, may_replace: boo
     Raises:
         MotionRefused: a command may step the motor, but motion is not allowed; no command has been sent.
         ReplacementRefused: a command replaces the program, but `may_replace` is False; no command was sent.
-        NoAnswer: the line echoes.
+        NoAnswer: sent characters come back: the line echoes, but the port was opened without `echo`.
         PortLost: the port is gone.
     """
     found = hazards(exchanges, module.speech)

@@ -74,7 +74,10 @@ class ModelReplay(ModelLine):
     def _send(
         self, exchange: RecordedExchange, answer: ModelAnswer, offset_us: float, answers: list[ModelAnswer]
     ) -> None:
-        """Send a line's characters at their times; data received before them belongs to the previous answer."""
+        """Send the characters of a line, each at its time in the dialogue plus `offset_us`.
+
+        Data that the model has sent before the first of these characters is added to the previous answer.
+        """
         character_us = self.speech.character_s * 1e6
         for at_us, group in groupby(exchange.characters, key=lambda pair: pair[0]):
             data = bytes(code for _, code in group)

@@ -66,7 +66,8 @@ def _surely(restore: Restore, text: str, expected: Sequence[Statement]) -> None:
     """Send a line; if its answer is lost, read the listing, and send the line again if it was not accepted.
 
     Args:
-        expected: the instructions that the module lists if it has accepted the line, which is the last of them.
+        expected: all instructions that the module lists after it has accepted the line; the last of them is
+            the instruction in the line.
     """
     for left in reversed(range(3)):
         try:

@@ -45,7 +45,7 @@ def instant(text: str) -> int:
 
 
 def quoted(words: list[str]) -> str:
-    """Return the words after a verb as part of an error message: quoted, with a semicolon; ":" if there are none."""
+    """Return the words after a verb as text for an error message: " 'wait 2';", or ":" if there are no words."""
     return f" {' '.join(words)!r};" if words else ":"
 
 

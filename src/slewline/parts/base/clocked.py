@@ -72,7 +72,7 @@ class Clocked(Follower):
         self._again: Call | None = None  # samples the steering pins at their next edge
 
     def _cut(self, ps: int) -> None:
-        """Process the inputs up to an instant (ps), because the time before it cannot be queried later."""
+        """Process the clock edges up to an instant (ps)."""
         if self._begun:
             self._level = self.lookaheads[self.clock].level(ps)
             self._ahead.cut(ps)

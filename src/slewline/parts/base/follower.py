@@ -1,14 +1,14 @@
-"""Rules of parts that run ahead: the promises of their outputs follow from the promises of their inputs.
+"""Rules for parts that compute ahead of time: they derive the promises of outputs from those of inputs.
 
     input     train ---------------------------->| (a driver gets a new value)
     output    view of the train ---------------->|........|  view of the new value
                                        changed:  cut      schedule: in the next round
 
-As long as its inputs are promised, such a part takes no computing time, and neither do its outputs while
-they are not observed.  When a driver of an input gets a new promise or level, the part is notified
-immediately, before that driver drops its old promise: the part processes the inputs up to the last visible
-instant (`cut`), and its outputs are bounded, so that no later edge of a withdrawn promise is visible.  In
-the next round the part reads the inputs, and promises its outputs again (`schedule`).
+While its inputs are promised, such a part takes no computing time; its outputs take none either, unless
+they are observed.  When a driver of an input is about to get a new promise or level, the part is notified
+while the old promise is still in place.  The part then processes its inputs up to the last visible
+instant (`cut`), and bounds the promises of its outputs, so that no later edge of the old promise becomes
+visible.  In the next round the part reads the inputs, and promises its outputs again (`schedule`).
 
 Parts that follow each other in a circle without a chip between them (two crossed gates, a ring
 oscillator) cannot promise anything to each other.  Such circles are found after wiring; their parts
@@ -101,7 +101,7 @@ class Follower:
 
     # ------------------------------------------------------------------------------------------------------- changes
     def changed(self) -> None:
-        """Prepare for an imminent change of an input: of the level, the promise, or the promise's bound."""
+        """Prepare for a change of an input, just before its level, its promise or the promise's end changes."""
         if not (self.withdrawn or any(lookahead.renewed for lookahead in self.lookaheads.values())):
             self.withdrawn = True
             self.bound_outputs(self.kernel.seen + 1)
@@ -111,7 +111,10 @@ class Follower:
             self.kernel.call_at(self.kernel.now, self._schedule_next)
 
     def bound_outputs(self, ps: int) -> None:
-        """Bound the promises of the outputs: from an instant (ps) on, the inputs' promises may no longer hold."""
+        """Limit the output promises, because the promises of the inputs may no longer hold from `ps` on.
+
+        The output promises end `delay_ps` after `ps`.
+        """
         for driver in self.part.drivers.values():
             if isinstance(driver.promise, View):
                 driver.promise.until = ps + self.delay_ps
@@ -197,9 +200,10 @@ class Stateless(Follower):
 
 
 def circle(rule: Follower) -> list[Follower]:
-    """Return the rules of the parts on all circles through a rule, the rule included; empty if there is no circle.
+    """Return the rules of all parts that form circles with the part of `rule`; empty if there is no circle.
 
-    A part that is already driven edge by edge promises nothing, so no circle passes through it.
+    The result includes `rule`.  A part that already follows its inputs edge by edge promises nothing, so it
+    does not count as part of a circle.
     """
     driven: dict[Follower, list[Follower]] = {}  # rules downstream of each rule, among all rules upstream of this one
     ahead = [rule]

@@ -200,7 +200,7 @@ class Operation(Leader[Exchange]):
             lines.bus.wave(*strobes.bus(data))
 
     def _record_end(self) -> None:
-        """Let the chipset process the whole operation, because its last strobe has ended."""
+        """Let the chipset process the whole operation, now that its last strobe has ended."""
         self.over = True
         self.chip.operated(self.strobes.number, self.data, self.command)
 

@@ -81,7 +81,7 @@ class Isa(Board):
 
     # ------------------------------------------------------------------------------------------------------ bus cycles
     async def _reach(self, register: str, byte: int | None = None) -> int:
-        """Perform a bus cycle, and return the byte written or read; a write cycle is promised as a whole."""
+        """Perform a bus cycle, and return the byte written or read."""
         if register in (DATA, COMMAND):
             return await self._operate(byte, register == COMMAND)
         if byte is not None:

@@ -53,7 +53,10 @@ class ParallelCard(Board):
         return FLOATING & ~low
 
     async def _reach(self, register: str, byte: int | None = None) -> int:
-        """Perform a bus cycle; at the end of its clock 4 a register is written or read.  Return the byte."""
+        """Perform a bus cycle that writes `byte`, or that reads if it is None; return the byte written or read.
+
+        The register is written or read at the end of clock 4 of the cycle.
+        """
         await until(self.kernel, self._clock(5))
         if byte is None:
             return self._read(register)

@@ -1,4 +1,6 @@
-r"""A program's accesses without pauses, as two-byte steps; a request to a served board can have many steps.
+r"""A series of accesses to a board, which a program makes without pauses; each is a step of two bytes.
+
+A request to a served board can contain many steps:
 
     0r --    IN      read register r of the board
     1r bb    OUT     write bb to register r

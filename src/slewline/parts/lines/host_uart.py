@@ -109,7 +109,10 @@ class HostUart:
         self.sending = True
 
     def drop(self, verb: str) -> None:
-        """Drop the queued characters, except the burst being sent; the call is recorded as the part's input `verb`."""
+        """Drop the queued characters, except the burst being sent.
+
+        This call is recorded as an input of the part, under the name `verb`.
+        """
         self.part.input(verb)
         while len(self.outgoing) > 1:
             self.outgoing.pop()
@@ -202,10 +205,6 @@ class HostUart:
         return self._recent
 
     def _acts(self, data: bytes, at: int) -> int:
-        """Return the index of the next character that must be received at the instant of its arrival.
-
-        The search in `data` begins at index `at`; -1 if there is no such character.
-        """
         return at if self.on_character.listeners else self.acts(data, at)
 
     def acts(self, data: bytes, at: int) -> int:

@@ -174,9 +174,8 @@ class Integration:
     ) -> tuple[bool, bool, tuple[Any, ...]]:
         """Return whether more grid points may follow, whether the motor is at rest, and the next points as columns.
 
-        The columns are instants, commands, codes and states; their first row is `point`.  Numba writes the
-        points into larger arrays.  If the points fill more than half of these arrays, views of them are
-        returned, because copies would add half of the integration time.
+        The columns are instants, commands, codes and states; their first row is `point`.  If Numba computed
+        them, they may be views of larger arrays.
         """
         import numpy as np
 

@@ -1,8 +1,10 @@
 """A motor with its driver and its load: the law by which a shaft follows its commands, or loses steps.
 
-A command is a position at which the driver holds the rotor: `micro` commands per full step, counted up and down from 0.
-Two phases are on at command 0, except in a wave drive.  The driver's set points are a row of `table`, which has
-`cycle` rows per electrical turn for each current level.
+A command is a position at which the driver holds the rotor.  Commands are numbered up and down from 0,
+with `micro` commands per full step.  Two phases are on at command 0, except in a wave drive.
+
+`table` holds the set points of the driver: for each current level, one row for every command of an
+electrical turn, which has `cycle` commands.
 """
 
 from __future__ import annotations
@@ -59,12 +61,16 @@ class MotorLaw:
 
     Args:
         motor, driver, load: the data of each.
-        steps: the step mode: "full" (two phases on), "wave" (one phase on), "half", or "micro 8" (8 per full step).
-        step_ps: the grid step, ps; 0: 20 µs, or 1 µs for a switching chopper.  The grid restarts at each edge.
+        steps: the step mode: "full" (two phases on), "wave" (one phase on), "half", or "micro 8" (8 per full
+            step).
+        step_ps: the grid step, ps; 0: 20 µs, or 1 µs for a switching chopper.  The grid restarts at each
+            edge.
         blocked: whether the rotor is blocked.
         phased: whether the inputs are phases, not steps; `steps` is then "half", and the table has a row per
-            combination of phases, numbered by a sum: 1 if phase 1 is on, 2 if phase 2 is on, 4 for phase 3 ...
-        origin: if phased, the position that counts as command 0, in half steps, as in `fields`.
+            combination of phases, numbered by a sum: 1 if phase 1 is on, 2 if phase 2 is on, 4 for
+            phase 3 ...
+        origin: if `phased`, the position of command 0, in half steps from the position that `fields` counts
+            as 0.
         restless: whether to integrate also at rest, to include the chopper ripple.
 
     Raises:

@@ -1,8 +1,9 @@
 """The pulses that a motor follows, found on request from the edges of its clock.
 
     pulse       |   |   |  | | | |  |   |   |        a pulse is followed if its rate, measured from the
-    followed    1   2   3  4         5   6   7        preceding pulse, is at most `pull_in`, or the rate
-                                                      reached in one step from the present rate
+    followed    1   2   3  4         5   6   7        preceding pulse, is at most `pull_in`, or at most
+                                                      the rate reachable in one step from the
+                                                      present rate
 
 While every pulse is followed, the pulses are processed in arrays; after a lost pulse they are processed
 one by one until a pulse is followed again.  The runs of followed pulses are kept, so that past steps can
@@ -81,9 +82,10 @@ class MotorLimits:
         )
 
     def followed(self, of: PulseFollowing, times: NDArray[np.int64]) -> int:
-        """Return how many pulses are followed before one is lost: 1 or more, since the first pulse is followed.
+        """Return the number of pulses that are followed before the first lost one.
 
-        The instants `times` are (n,) int64 ps, n >= 1.
+        The caller must know that the first pulse is followed, so the result is 1 or more.  `times` are the
+        instants of the pulses: (n,) int64 ps, n >= 1.
         """
         import numpy as np
 

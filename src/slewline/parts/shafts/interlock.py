@@ -11,7 +11,10 @@ if TYPE_CHECKING:
 
 
 class InterlockMonitor:
-    """A monitor of a part's shaft, which finds the steps made while `hold` declares steps forbidden."""
+    """A monitor of a part's shaft, which finds the steps that the shaft makes while steps are forbidden.
+
+    `hold` sets whether steps are forbidden.
+    """
 
     def __init__(self, part: Part, shaft: Shaft) -> None:
         self.part, self.shaft = part, shaft

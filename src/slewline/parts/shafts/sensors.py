@@ -44,7 +44,8 @@ class Sensor(Follower):
         shaft: the shaft, which is followed from `start` on; `start` is called before time passes.
         scale: counts per step, or the positions at which the count changes.
         lag_ps: the delay from the shaft to the outputs, ps.
-        show: a function that promises the outputs from `counter`; called at each new motion.
+        show: a function that is called at each new motion; it computes the future levels of the outputs from
+            `counter`.
         cut: a function that is called with the instant (ps) at which a motion ends; it processes the counts
             up to this instant, before `counter` is replaced.
 
@@ -74,12 +75,11 @@ class Sensor(Follower):
         self.schedule()
 
     def sources(self) -> Iterable[Follower]:
-        """Yield the rule of the part that turns the shaft, if that rule is a `Follower`."""
+        """Return the `Follower` of the part that turns the shaft, in a list; empty if that part has none."""
         source = self.shaft.source
         return [source] if isinstance(source, Follower) else []
 
     def _consume(self, ps: int) -> None:
-        """Follow the motion of the shaft up to an instant (ps), after which this motion is no longer valid."""
         counter = self.counter.onward(ps)
         if counter is not self.counter:  # otherwise the past levels remain known
             self.cut(ps)

@@ -4,7 +4,7 @@ A motor turns a shaft; any number of encoders, switches, gears and carriages may
 time.  The part that turns the shaft announces a change in two stages, so that no promise is queried
 after it has been withdrawn:
 
-    shaft.cut(now - 1)              immediately, before a driver forgets its levels: the motion ends here
+    shaft.cut(now - 1)              immediately, while old levels are known: the motion ends here
     shaft.turn(edges, sign, now)    in the next round of the same instant: the motion after `now`
 
 All parts on the shaft receive both announcements: in `on_cut` they follow the old motion until it ends,

@@ -1,12 +1,13 @@
-"""Counts of a turning shaft on a scale, and the levels of an output that shows them.
+"""The count that an encoder or a switch shows while its shaft turns.
 
     position |-------|-------|-------|-------|           counts
              |----|----|----|----|----|----|----         steps
 
-A `CountScale` assigns an integer to each position of a shaft: counts per step, for an encoder, or the number of
-bounds at or below the position, for a switch.  For a motion of the shaft, a `Counter` returns the count at an
-instant, the next change of the count, and its past changes; the levels on wires are in shown.py.  Scales
-and counters have no state, and no step is an event.
+A `CountScale` assigns a count, an integer, to each position of a shaft.  For an encoder, the count grows
+by a fixed number per step; for a switch, it is the number of bounds at or below the position.  For a
+motion of the shaft, a `Counter` returns the count at an instant, the next change of the count, and its
+past changes; shown.py converts counts to levels on wires.  Scales and counters have no state, and no
+step is an event.
 """
 
 from __future__ import annotations
@@ -70,7 +71,7 @@ class Marks:
         return [-(-count * d // n) for count in counts] if n else [self.bounds[count - 1] for count in counts]
 
     def within(self, count: int) -> bool:
-        """Return whether a count occurs on the scale and has a lowest position, as `place` requires."""
+        """Return whether `place` can return a position for a count: every count can occur, or it is that of a bound."""
         return bool(self.numerator) or 1 <= count <= len(self.bounds)
 
 
@@ -160,7 +161,10 @@ class StepCounter:
         return self.motion.edge_by(self._parts(j))
 
     def _due(self, j: int) -> When:
-        """Return the instant (ps) at which change j is shown; NotYet if not found yet; None if it is not foreseen."""
+        """Return the instant (ps) at which change j is shown; NotYet if it is not known yet.
+
+        Return None if no planned edge causes that change.
+        """
         k = self._edge(j)
         if k is None:
             return None
@@ -234,7 +238,10 @@ class StepCounter:
         return times, counts
 
     def _own(self, a: int, b: int) -> tuple[Any, Any]:
-        """Return changes a + 1 to b of this motion, all of them foreseen: the instants, and the counts after them."""
+        """Return changes a + 1 to b of this motion: the instants, and the counts after them.
+
+        The instants of all these changes must be known already.
+        """
         motion = self.motion
         if b - a <= MANY:
             sign, step, first, lag = motion.sign, motion.step, motion.first, self.lag_ps
@@ -265,8 +272,8 @@ class StepCounter:
     def onward(self, ps: int) -> StepCounter:
         """Return a counter that begins at an instant (ps).
 
-        Changes of the count that are under way at that instant are computed only from the edges of the drive up
-        to then, because later edges may still change.
+        Changes that have been caused, but not yet shown, at that instant are passed on in `coming`.  They are
+        computed only from the edges of the drive up to that instant, because later edges may still change.
         """
         motion = self.motion.onward(ps)
         pending = self.coming[0]
@@ -279,7 +286,10 @@ class StepCounter:
         return StepCounter(motion, self.scale, self.lag_ps, self.level(ps), coming, self.marks)
 
     def on(self, motion: ShaftMotion, now: int) -> StepCounter:
-        """Return a counter for `motion`: the present motion continued, or the motion after a push at `now` (ps)."""
+        """Return a counter for `motion`: the present motion, continued or shifted by a push on the shaft.
+
+        `now` is the instant (ps) from which the new counter is used: that of the push, if there is one.
+        """
         after = StepCounter(motion, self.scale, self.lag_ps, self.before, self.coming, self.marks)
         by = after.count - self.count
         if by:

@@ -1,11 +1,13 @@
-"""Inputs of a motor over time: the commanded position, and the row of set points in the table of its law.
+"""Inputs of a motor over time: the commanded position, and the set points that the pins select.
 
     pieces      |------------------|---------|------------------------->
                  past pin levels               pin promises
 
-A piece is the state of the wires from an instant until the level or promise that drives one of them is
-replaced.  Promises are values, so the past can be queried again, and a long slew takes no computing
-time.  Only changes of the command or the row are edges.
+The law of a motor has a table of set points, and the pins determine which row applies.  Only changes of
+the commanded position or of the row are edges.
+
+A piece is the state of the pins from an instant until the level or promise of one of them is replaced.
+Promises are values, so the past can be queried again, and a long slew takes no computing time.
 """
 
 from __future__ import annotations
@@ -44,7 +46,11 @@ class Piece(NamedTuple):
         return [what.level(ps) if promised(what) else what for what in self.shown]
 
     def look_after(self, ps: int) -> int | None:
-        """Return when to check again for an edge of a pin after an instant (ps), or None if none is foreseen."""
+        """Return the instant of the first edge of any pin after the instant `ps`; None if none is foreseen.
+
+        If a promise has not found its next edge yet, the result may instead be the instant (ps) at which to
+        search again.
+        """
         return earliest([what.after(ps) for what in self.shown if promised(what)])
 
     @property
@@ -177,7 +183,7 @@ def high_of(levels: Any) -> NDArray[np.bool_]:
 # ------------------------------------------------------------------------------------------------ commands from pins
 @dataclass(frozen=True)
 class Pins:
-    """The columns of a reading, by pin, and the active level of each pin; a pin that is not read has no column."""
+    """The column of each pin in a reading, and the active level of the pin; a pin that is not read is missing."""
 
     columns: Mapping[str, tuple[int, bool]]
 
@@ -220,15 +226,18 @@ def steps_asked(law: MotorLaw, pins: Pins) -> Asked:
 
 
 def phases_asked(law: MotorLaw, pins: Pins, names: Sequence[str], fields: Sequence[int | None]) -> Asked:
-    """Return a function that converts phases to commands.
+    """Return a function that converts the levels of phase pins to commands.
 
-    The field of the phases corresponds to all commands that equal it modulo `law.cycle`; the new command is
-    the one of these that is nearest to the present command.  If the phases have no field, or two of these
-    commands are equally near, the command is unchanged.
+    The phases that are on determine the field of the motor: a command from 0 to `law.cycle - 1`.  Since the
+    field repeats every `law.cycle` commands, the new command is the one with this field that is nearest to
+    the present command.  If the phases have no field, or if two commands are equally near, the command is
+    unchanged.
 
     Args:
-        fields: for each set of phases that are on (the first phase counts 1, then 2, 4 ...), the command
-            from 0 to `law.cycle - 1`, or None.  These sets are the rows of the table.
+        names: the names of the phase pins.
+        fields: the field for each combination of phases that are on, or None for no field.  The index of a
+            combination is the sum of 1 for the first phase, 2 for the second, 4 for the third ...; it is
+            also the row of the table, before the current level is included.
     """
 
     def asked(reading: Reading, command: int) -> tuple[Any, Any]:

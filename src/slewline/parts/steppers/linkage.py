@@ -12,10 +12,9 @@ from typing import Any
 class Linkage:
     """Mechanical connection of a load to a rotor or to another linkage, `under`; positions are in load steps.
 
-    `factor` steps of the load correspond to one full step of the motor (or one step of `under`), and
-    `offset` steps are added to the position so calculated.  With `play` (backlash) the load stops when the
-    rotor reverses, until `play` steps are taken up.  With `is_lagging`, the position is relative to the
-    command.
+    The position is `offset` plus `factor` load steps for each full step of the motor, or for each step of
+    `under`.  If there is backlash (`play`), the load stops when the rotor reverses, and moves again after
+    the rotor has taken up `play` load steps.  If `is_lagging` is True, the commanded position is subtracted.
     """
 
     factor: float = 1.0
@@ -70,7 +69,8 @@ class Linkage:
     def gone(self, before: tuple[float, ...], rotor_before: float, rotor: Any) -> list[Any]:
         """Return the positions of all linkages, (n,) float64 each, for n consecutive positions of the rotor.
 
-        `before` and `rotor_before` are the positions of the linkages and of the rotor just before these.
+        `before` and `rotor_before` are the positions of the linkages and of the rotor just before the first of
+        the n positions.
         """
         import numpy as np
 
@@ -89,7 +89,11 @@ class Linkage:
         return [*below, places]
 
     def followed(self, before: Sequence[Any], rotor: Any) -> list[Any]:
-        """Return the results of `follow` for many positions in one call: (n,) float64 each."""
+        """Return the new positions of all linkages, (n,) float64 each, for n separate moves of the rotor.
+
+        This calculates n results of `follow` together.  `before` holds the positions of each linkage before the
+        moves, and `rotor` the positions of the rotor after the moves.
+        """
         import numpy as np
 
         below = self.under.followed(before[:-1], rotor) if self.under else []

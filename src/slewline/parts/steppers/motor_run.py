@@ -144,7 +144,7 @@ class Run:
 
     @property
     def compiled(self) -> bool:
-        """True if the engine is "numba", so that all functions are compiled before simulated time passes."""
+        """True if the engine is "numba": all functions are then compiled before simulated time passes."""
         return self._engine == "numba"
 
     @property
@@ -161,7 +161,8 @@ class Run:
     def _stays(self) -> int:
         """Return the instant (ps) up to which to integrate next while the rotor rests.
 
-        This is the next instant at which an input may change; for inputs in the past, it is a fixed time ahead.
+        This is the next instant at which an input may change.  If the motion has only been integrated up to an
+        instant before the present inputs begin, it is a fixed time after that instant instead.
         """
         now = self.feed.now
         if self.reached < now.since:
@@ -207,7 +208,10 @@ class Run:
                 self.alter(differs, stretch.law, **(stretch.changed or {}))
 
     def _cut(self, ps: int, since: int) -> None:
-        """Drop the points at or after an instant (ps); call `cuts` with `since`, where the run first differs."""
+        """Drop the points at or after an instant (ps), and call the functions in `cuts` with `since` (ps).
+
+        `since` is the first instant at which the new motion differs from the dropped one.
+        """
         while len(self.stretches) > 1 and self.stretches[-1].first.t >= ps:
             self.stretches.pop()
         self.stretches[-1].cut(ps)

@@ -1,12 +1,12 @@
-"""Counts that a rotor passes as it turns, found in the grid points of its run.
+"""Counts that change as a rotor turns, found from the grid points of the rotor's motion.
 
     grid points    *------*------*------*------*
-    count          3      3      4      4      3         where counts differ, the exact picosecond is searched for
-                             ^             ^
+    count          3      3      4      4      3         between points with different counts, the exact
+                             ^             ^             picosecond of the change is searched for
 
 A `Linkage` determines the position of a load that the rotor moves: its shaft, a shaft after a gear, a
-carriage with backlash, or the rotor relative to its command.  `Passings` holds the changes of a count
-along a linkage, which are found once and kept; a `RunCounter` shows them on a wire
+carriage with backlash, or the rotor relative to its command.  `Passings` finds each change in the count
+of such a load once, and keeps it.  A `RunCounter` shows the changes on a wire
 (`parts/shafts/shaft_counter.py`).
 """
 
@@ -49,11 +49,11 @@ class Milestone:
 
 @dataclass(slots=True)
 class Going:
-    """The state of a search for changes of a count along a run.
+    """The state of a search for the instants at which a count changes.
 
     Attributes:
         before: the last grid point that has been processed.
-        law: the law at this point.
+        law: the law of motion from this point on.
         done: the instant (ps) up to which changes have been found.
         places: the positions of the linkages at this point.
         count: the present count.
@@ -77,16 +77,18 @@ class Going:
 
 
 class Passings:
-    """The changes of a count along a linkage, up to the last query.
+    """The changes in the count of a load that a rotor moves, found up to the last query.
 
-    Within a grid step, the changes follow from the step's first point alone, as if the step had its full
-    length: the result depends neither on when it is queried nor on an edge that ends the step.  If the rotor
-    reverses within a step, the parts before and after the reversal are processed one after the other.
+    The changes within a grid step are computed from the first point of the step alone, as if the step had
+    its full length.  So they depend neither on the instants of queries, nor on an input edge that ends the
+    step early.  If the rotor reverses within a step, the parts before and after the reversal are processed
+    one after the other.
 
     Args:
-        run: the rotor's run.
-        linkage: the linkage whose position is counted.
-        scale: counts per step, or bounds.
+        run: the motion of the rotor.
+        linkage: the linkage between the rotor and the load; it determines the load's position.
+        scale: either the number of counts per step, or a list of bounds; with bounds, the count is the
+            number of bounds at or below the position.
         zero: the count at position 0, before rounding down; not used with bounds.
     """
 
@@ -256,7 +258,7 @@ class Passings:
         return np.searchsorted(np.array(self._bounds), along, "right")
 
     def _step(self, going: Going, point: Point) -> None:
-        """Advance to the next grid point, and use that point's command from there on."""
+        """Advance to the next grid point; if the command changes there, apply the new command after the motion."""
         law, before = going.law, going.before
         asked, rotor = before.command / law.micro, point.state[0] / law.motor.step
         places = going.places

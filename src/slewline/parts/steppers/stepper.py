@@ -187,7 +187,11 @@ class Stepper(Blockable, Part):
         self.add_pin("stall", "out", "high: two steps or more from its command", initial=0)
 
     def attached(self, own: str, row: Pin) -> None:
-        """Take DIRECTION's polarity from the neighbour's pin; also step edge or active level, unless a user set it."""
+        """Adopt the properties of the neighbour's pin to which a pin of the motor is wired.
+
+        They are the polarity of DIRECTION, the step edge of PULSE, and the active level of the phases.  A step
+        edge or an active level that the user has set is kept.
+        """
         if own == "pulse" and row.sense is not None and self._edge is None:
             self._edge = {0: "fall", 1: "rise"}[row.sense]
         if own == "direction" and row.sense is not None:

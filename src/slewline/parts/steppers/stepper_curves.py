@@ -44,7 +44,11 @@ def current_of(name: str, law: MotorLaw, points: tuple[Any, ...]) -> Any:
 
 
 def with_jumps(law: MotorLaw, before: Point, columns: tuple[Any, ...]) -> tuple[Any, ...]:
-    """Return the points that follow `before`; each input edge is listed twice, with the old and new command."""
+    """Return the points of a curve, with two points at each input edge: before and after the edge.
+
+    The point before the edge has the old command and table row, and the point after it has the new ones.
+    `before` is the point that precedes the points in `columns`.
+    """
     import numpy as np
 
     times, states, commands, codes = columns

@@ -62,7 +62,10 @@ class LinkageMotion:
         return np.array([self.place(int(ps)) for ps in times])
 
     def edges(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Return the grid points at start < t <= stop: (n,) int64 ps, and the positions there, (n,) float64 steps."""
+        """Return the instants of the integration in start < t <= stop (ps), and the positions at these instants.
+
+        The instants are (n,) int64 ps, and the positions (n,) float64, in steps.
+        """
         import numpy as np
 
         times, places = [np.empty(0, np.int64)], [np.empty(0)]
@@ -93,7 +96,7 @@ class LinkageMotion:
         return 0
 
     def onward(self, ps: int) -> LinkageMotion:
-        """Return the same motion, which remains valid after an instant (ps), since a run keeps its past."""
+        """Return this motion itself: it takes its positions from the run, so it is also valid after `ps`."""
         return self
 
     def geared(self, ratio: Fraction) -> LinkageMotion:
@@ -142,7 +145,7 @@ class RunCounter:
     direction = 0  # the rotor may reverse
 
     def onward(self, ps: int) -> RunCounter:
-        """Return the same counter, which remains valid after an instant (ps), since a run keeps its past."""
+        """Return this counter itself: it takes its counts from the run, so it is also valid after `ps`."""
         return self
 
     def on(self, motion: object, now: int) -> RunCounter:

@@ -129,7 +129,10 @@ class Edge(NamedTuple):
 
 
 def pairs(starts: NDArray[np.int64], ends: NDArray[np.int64], strict: bool) -> Spans:
-    """Return the starts and ends of all intervals: (m,) int64 ps each; with `strict`, none has length 0."""
+    """Return the starts and ends of all intervals: (m,) int64 ps each.
+
+    If `strict` is True, no interval has length 0.
+    """
     import numpy as np
 
     last = np.searchsorted(starts, ends, "left" if strict else "right") - 1

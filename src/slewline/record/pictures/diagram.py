@@ -77,7 +77,7 @@ class Diagram:
 
     @property
     def compared(self) -> list[str]:
-        """A list of one line on how well lanes agree with the traces drawn over them; [] without such traces."""
+        """A text, in a list, that states how well lanes agree with the traces drawn over them; [] without traces."""
         return differences(((lane.label, lane.signal, lane.over) for lane in self.lanes), self.start, self.stop)
 
 

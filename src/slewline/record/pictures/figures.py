@@ -333,7 +333,10 @@ def _draw(made: Sequence[Axes], layout: FigureLayout, colours: Palette, whole: b
 
 # -------------------------------------------------------------------------------------------------------- description
 def description_of(picture: Figure) -> str:
-    """Return a sentence or two that describe a picture, for readers who cannot see it; "" if there are none."""
+    """Return the description of a picture, for readers who cannot see it: a sentence or two.
+
+    Return "" if the picture has no description.
+    """
     return str(getattr(picture, "description", ""))
 
 

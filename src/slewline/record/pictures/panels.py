@@ -107,10 +107,10 @@ def draw_curves(
 
     Args:
         height: the height of the panel, inches.
-        named: the numbers of the tracks in the legend, if any, which are distinguished by line style and
-            colour.
-        beside: True if the names of rates are next to the panel, False if they are above the lines of the
-            rates.
+        named: the numbers of the tracks in the legend; the curves of these tracks are distinguished by line
+            style and colour.  Empty if there is no legend.
+        beside: where the marked rates have their names: True for next to the panel, False for above the line
+            that marks the rate.
     """
     for curve in reversed(curves):
         _draw_curve(panel, curve, axis, colours, curve.number in named, filled=len(curves) == 1)
@@ -159,9 +159,10 @@ def _draw_curve(panel: Axes, curve: TrackCurve, axis: TimeAxis, colours: Palette
 
 
 def _limits(curves: Sequence[TrackCurve], axis: TimeAxis, above: float) -> tuple[float, float]:
-    """Return the lowest and the highest value on the axis of a panel, with room for curves, rates and a margin.
+    """Return the lowest and the highest value on the value axis of a panel.
 
-    `above` is the share of the panel's height that a name above the highest rate takes up.
+    The range includes all curves, the lines that mark rates, and a margin.  `above` is the part of the
+    panel's height (0 to 1) that is needed for a name above the line of the highest rate.
     """
     low, high = min(curve.reach[0] for curve in curves), max(curve.reach[1] for curve in curves)
     if curves[0].quantity.name == "velocity":
@@ -200,8 +201,8 @@ def _draw_scale(panel: Axes, power: int, height: float, whole: bool) -> None:
 def dense_line() -> type[Line2D]:
     """Return a class for lines that have thousands of points.
 
-    Such a line is drawn in pieces, because the renderer sorts each path as a unit; each piece ends at the
-    point where the next begins, with round ends to avoid gaps.
+    Such a line is drawn in short pieces, because the renderer is slow with a single long path.  Each piece
+    ends at the point where the next begins; round ends avoid gaps between them.
     """
     import numpy as np
     from matplotlib.lines import Line2D

@@ -88,9 +88,10 @@ class TrackCurve:
         return (min(low, 0.0), max(high, 0.0)) if self.from_zero else (low, high)
 
     def rest_before(self) -> int:
-        """Return the number of points before the register is first loaded; 0 if the axis has moved by then.
+        """Return the number of points before the register is first loaded; 0 if the axis moves before that.
 
-        Before it is loaded, a register may have any value, which must not flatten the curve of the motion.
+        Before the first load, a register may have any value.  That value must not set the scale of the
+        picture, which could flatten the curve of the motion.
         """
         import numpy as np
 

@@ -55,9 +55,14 @@ class Demand:
 
 @dataclass(frozen=True, slots=True)
 class TorqueCurve:
-    """The pull-out torque, (n,) N m, at rates, (n,) steps/s, and its extremes under perturbations.
+    """The pull-out torque of a motor as a function of the step rate, and its range under perturbations.
 
-    `resonance` is in Hz; `demands` are the torques that ramps demand.
+    Attributes:
+        rates: the step rates, (n,) steps/s.
+        torques: the pull-out torque at each rate, (n,) N m.
+        least, most: the lowest and the highest pull-out torque under perturbations at each rate, (n,) N m.
+        resonance: the resonance frequency, Hz.
+        demands: the torques that ramps demand.
     """
 
     rates: NDArray[np.float64]

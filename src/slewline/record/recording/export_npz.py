@@ -43,7 +43,7 @@ def step_columns(steps: Iterable[tuple[str, int, Steps]]) -> dict[str, NDArray[A
 
 
 def save_npz(path: str | Path, columns: Mapping[str, NDArray[Any]]) -> None:
-    """Write arrays under their names, uncompressed, because compression would cost ten times its benefit.
+    """Write arrays under their names, uncompressed, because compression takes too long for the space it saves.
 
     Raises:
         UsageError: the path cannot be written.

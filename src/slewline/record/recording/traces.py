@@ -26,9 +26,10 @@ class Trace:
 
     Args:
         since, until: the known part, ps; nothing is drawn before or after it.
-        tolerance_ps: the longest time difference, ps, between a measured trace and the model's trace that
-            is not marked.
-        over: the measured trace of the same pin: it is drawn over this trace, and differences are marked.
+        tolerance_ps: the tolerance, ps: where a measured trace and the model's trace differ for no longer
+            than this, the difference is not marked.
+        over: the measured trace of the same pin, which is drawn over this trace, with the
+            differences marked; None if there is none.
     """
 
     name: str

@@ -120,7 +120,7 @@ class TableRows:
             raise self._wrong(block, number) from None
 
     def _check_cells(self, block: bytes, number: int) -> None:
-        """Check that no row has more cells than the first row, as a row with decimal commas would have."""
+        """Check that no row has more cells than the first row; decimal commas, for example, cause extra cells."""
         import numpy as np
 
         mark = self.head.delimiter.encode()
@@ -175,9 +175,10 @@ def levels_in(
 
 
 def _levels(seen: NDArray[np.int64]) -> tuple[int, int]:
-    """Return the bins of a signal's low level and high level.
+    """Return the bins of a signal's low level and high level, ignoring spikes.
 
-    One level is the bin with the most samples around it; the other is further away.  Spikes are ignored.
+    The first level found is the bin with the most samples in and near it.  The other level is on the side,
+    above or below, that has more samples at a distance of at least `APART` bins.
 
     Args:
         seen: the number of samples in each bin, (BINS,).

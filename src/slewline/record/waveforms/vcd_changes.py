@@ -115,7 +115,10 @@ class Changes:
                 raise words.error(number, f"{quoted(word)} among the changes; allowed {known}")
 
     def _times(self, words: WordBounds, kinds: NDArray[np.int8]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Return the last time before a block, followed by all times in it, and the index of each word's time."""
+        """Return two arrays: the times, and for each word the index of its time.
+
+        The first time is the last one before the block; the others are those in the block.
+        """
         import numpy as np
 
         named = kinds == TIME

@@ -49,9 +49,9 @@ class HasValue(Protocol):
     """An object with a value at every instant, such as `slewline.core.motion.quantity.Quantity`."""
 
     def staircase(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Return the value at `start` and all changes in start < t <= stop (ps).
+        """Return the value at `start` and all changes in start < t <= stop (ps); each value holds until the next.
 
-        The changes do not depend on the window.
+        A value that varies continuously is approximated by steps, which are the same for every window.
         """
 
 

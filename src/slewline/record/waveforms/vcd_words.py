@@ -158,7 +158,10 @@ def codes_of_letters() -> NDArray[np.int8]:
 
 
 def mark_identifiers(kinds: NDArray[np.int8]) -> bool:
-    """Mark the words after values as IDENTIFIER; return whether the last value's identifier is yet to come."""
+    """Mark each word that follows a value as IDENTIFIER; return whether the last word is itself a value.
+
+    In this case its identifier is the first word of the next block.
+    """
     import numpy as np
 
     like_values = kinds == VALUE

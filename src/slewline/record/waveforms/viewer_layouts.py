@@ -35,10 +35,11 @@ DIGITS = "abcdefghijklmnop"  # in which Surfer counts the rows
 
 
 class ViewerSetup(NamedTuple):
-    """The initial view in a viewer: from `begin` to `end` in time units of the file, with marks (unit, text).
+    """The initial view in a viewer: the window from `begin` to `end`, and the marks in it.
 
-    `scale` is the number in the timescale (1, 10 or 100), such as 10 in "10 us".  GTKWave needs times
-    multiplied by it, because GTKWave counts in ns or us.
+    `begin` and `end` are in time units of the file.  Each mark is a pair: its time, in the same units, and
+    its text.  `scale` is the number in the timescale (1, 10 or 100), such as 10 in "10 us".  GTKWave needs
+    times multiplied by `scale`, because GTKWave counts in ns or us.
     """
 
     begin: int

@@ -57,7 +57,7 @@ class Actions(MotionWriter):
         return self.conditions.wait(action.input)
 
     def on_delay(self, action: Delay) -> list[ResultPiece]:
-        """Return one instruction with the nearest possible delay, or several whose delays add up to it."""
+        """Return one delay instruction, or several whose delays add up to the nearest possible total."""
         if self.sheet.enter is None and "delay" not in self.rows:
             return [ResultPiece(text=f"@wait {readable(action.time_ps)}")]
         row = self.row("delay")
@@ -78,7 +78,8 @@ class Actions(MotionWriter):
     def on_label(self, action: Label) -> list[ResultPiece]:
         """Return the label, followed by a mark command if the target's loops need one.
 
-        The parameter values that may differ between the paths that meet at the label are no longer known.
+        Several paths of the program meet at a label.  A parameter whose value may differ between these paths is
+        treated as unknown after the label.
         """
         self.rates.joined()
         self.replaced = self.replaced or self.may_replace

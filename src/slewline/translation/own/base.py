@@ -107,7 +107,11 @@ class ActionWriter:
         return self.placed(action, self.in_order(action, first, found))
 
     def ended(self, action: Action) -> list[ResultPiece]:
-        """Return any pending wait for the end of a motion, unless `action` still acts during that motion."""
+        """Return the pending wait for the end of a motion, if it must come before the code of `action`.
+
+        The list is empty if no wait is pending, or if `action` takes effect while the motor still moves; then
+        the wait remains pending.
+        """
         if self.unended is None or acts_during_motion(action):
             return []
         found, self.unended = [self.unended], None
@@ -126,7 +130,10 @@ class ActionWriter:
         return found
 
     def start(self, actions: Sequence[Action]) -> None:
-        """Record the commands that give the target the source's initial state: position 0, direction after a reset."""
+        """Record the commands that set the initial state of the source on the target.
+
+        This state consists of position 0 and of the direction that the source has after a reset.
+        """
         relative = placed = False
         skipped = skips(actions)
         for action in actions:
@@ -164,7 +171,7 @@ class ActionWriter:
         return [*first, *found]
 
     def placed(self, action: Action, pieces: list[ResultPiece]) -> list[ResultPiece]:
-        """Return the pieces; a missing source line or block of a piece is first filled in from the action."""
+        """Return the pieces; in each piece without a source line or a block, set that of the action."""
         for piece in pieces:
             piece.source = piece.source or action.line
             if piece.block < 0:
@@ -239,7 +246,10 @@ class ActionWriter:
 
 
 def skips(actions: Sequence[Action]) -> set[int]:
-    """Return the numbers of the programs with a path that skips commands: a forward jump, a start at a label."""
+    """Return the numbers of the programs that may run without executing all of their commands.
+
+    Commands are skipped by a forward jump, or if the program is started at a label.
+    """
     found, passed, entered = set(), set(), {action.at for action in actions if isinstance(action, RunProgram)}
     for action in actions:
         if isinstance(action, Label):

@@ -1,4 +1,7 @@
-"""Waits and branches of the target: the tests that its commands make, and tests made of several commands."""
+"""Waits and branches in the language of the target.
+
+Some tests are a single command of the target; others are composed of several commands.
+"""
 
 from __future__ import annotations
 

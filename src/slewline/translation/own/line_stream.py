@@ -40,7 +40,11 @@ STORABLE = (*SETTINGS, SetEndless, Motion, SetOutput, WaitInput, Delay)
 
 @dataclass(slots=True)
 class StreamStep:
-    """An action, or a line without one (`action` is None); `first`: the line's comment belongs to this step."""
+    """An action, or a line of the program that has no action.
+
+    `action` is None for a line without an action.  `first` is True if the line's comment belongs to this
+    step.
+    """
 
     action: Action | None
     line: Line
@@ -173,8 +177,8 @@ def waits(steps: list[StreamStep]) -> list[StreamStep]:
 def whole(steps: list[StreamStep], at: int, before: list[StreamStep]) -> tuple[list[StreamStep], int]:
     """Return the steps of the program entered at index `at`, and the index of the step that follows them.
 
-    Its head contains the settings that preceded its entry (`before`).  Settings between its entry and the
-    command that runs it are moved there as well.
+    The head of the returned program contains the settings `before`, which preceded the entry of the program.
+    It also contains the settings between the end of the entry and the command that runs the program.
     """
     enter = steps[at]
     assert isinstance(enter.action, EnterProgram)  # noqa: S101
@@ -205,7 +209,7 @@ def whole(steps: list[StreamStep], at: int, before: list[StreamStep]) -> tuple[l
 
 
 def within(action: Action | None, number: int) -> Action | None:
-    """Return an action as an action of program `number`; None remains None."""
+    """Return a copy of an action, assigned to program `number`; return None if the action is None."""
     return None if action is None else replace(action, block=number)
 
 

@@ -249,7 +249,10 @@ class OwnWriter:
         found.append(piece)
 
     def _made(self, step: StreamStep) -> list[ResultPiece]:
-        """Return the instructions for a step; before the end of program entry, add the program's end if missing."""
+        """Return the instructions for a step of the source program.
+
+        If the step ends program entry, a command that ends the program is added before it, if one is needed.
+        """
         action = step.action
         if action is None:
             return []

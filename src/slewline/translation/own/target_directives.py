@@ -138,8 +138,8 @@ def at_rest(sheet: Sheet) -> str:
 def waiting(sheet: Sheet, roles: tuple[str, ...]) -> str:
     """Return the directive that waits until a part is ready.
 
-    For a module, this is "@until ready".  For any other part, it waits for the pin that has the first of
-    the `roles` that the part's pins have.
+    For a module, this is "@until ready".  For any other part, it waits for a pin: `roles` are tried in order,
+    and the first role that a pin of the part has determines the pin.
     """
     if sheet.acting("state"):
         return "@until ready"

@@ -1,11 +1,11 @@
 """Comparison of two traces: events that only one of them contains, and differences in times and rates.
 
 Moves, outputs and inputs are compared in their order.  For each move, its steps, its time from the first
-step to the last, and its maximum rate are compared; for the first move to a position after a run that
-was stopped, only the position that it reaches.  For a stored program, each pause is compared as well: it
-begins with the last step of a move, or with a change of an output or input, and ends with the next first
-step or change.  The duration of a wait for an input is not compared, and neither are pauses in which a
-host sends commands, since both depend on the surroundings.
+step to the last, and its maximum rate are compared.  There is an exception after a run that was stopped:
+for the first move to an absolute position, only the position that it reaches is compared.  For a stored
+program, each pause is compared as well: it begins with the last step of a move, or with a change of an
+output or input, and ends with the next first step or change.  The duration of a wait for an input is not
+compared, and neither are pauses in which a host sends commands, since both depend on the surroundings.
 """
 
 from __future__ import annotations
@@ -217,7 +217,7 @@ def subsets(numbers: Sequence[int]) -> list[set[int]]:
 def without(happened: Sequence[Happened], outputs: set[int]) -> list[Happened]:
     """Return the events without the first change of each given output.
 
-    It may be that such a change merely sets the level that the other part's output has from the start.
+    Such a change may only set the level that the same output of the other part has from the start.
     """
     found, left = [], set(outputs)
     for each in happened:

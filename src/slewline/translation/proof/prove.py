@@ -92,7 +92,7 @@ def played(program: Program, text: str, crystal_hz: int | None = None) -> Played
     """Return a run of the source of a translation.
 
     Args:
-        program: the effect of the source.
+        program: the source as a `Program`: its lines, each with the actions that it causes.
         text: the text of the source.
         crystal_hz: the crystal of the source's part, Hz; None: its usual crystal.
 
@@ -103,10 +103,10 @@ def played(program: Program, text: str, crystal_hz: int | None = None) -> Played
 
 
 def around(scene: Scene, source: Played) -> dict[str, str]:
-    """Return the settings with which the result is read back, as text.
+    """Return the settings, as text, with which the result of a translation is read back.
 
-    They make its inputs change in the same way as those of the source.  If the run of the source was cut
-    off, they also limit the number of events.
+    They make the inputs of the result change in the same way as the inputs of the source.  If the run of the
+    source was cut off, they also limit the number of events.
     """
     found = {
         "waits": " ".join(map(str, scene.inputs)),

@@ -1,9 +1,9 @@
-"""Reading back: parsers that share no code with the writers run the writers' results on paper.
+"""Reading back: parsers that run the results of the writers on paper, and share no code with the writers.
 
 "On paper" means that the statements are followed here, without the target.  Only rs274 runs a result in
 a target's own interpreter.
 
-    surroundings.py     the inputs of such a run, and its events: a trace
+    surroundings.py     the inputs of a program on paper, and the trace of its events
     linuxcnc_reader.py  O-words, parameters and expressions
     rs274.py            the same text in LinuxCNC's own interpreter
     grbl_reader.py      G-code as accepted by grbl 1.1

@@ -1,7 +1,8 @@
 """Klipper, run on paper: configuration sections, macro templates, and the commands from the templates.
 
-A template is evaluated as a whole before its first command runs, with the state at that time; the
-template of a delayed_gcode is evaluated in the same way when it is due.
+"On paper" means that this module follows the statements without Klipper.  A template is evaluated as a
+whole before its first command runs, with the state at that time.  The template of a delayed_gcode is
+evaluated in the same way when it is due.
 """
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""LinuxCNC G-code, run on paper: words, parameters, expressions and O-words, as far as the writers use them."""
+"""A reader that executes LinuxCNC G-code without a machine, as far as the writers use it.
+
+It handles words, parameters, expressions and O-words.
+"""
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
-"""A sketch, run on paper: the writers' C++, and the calls to Arduino and to the two stepper libraries.
+"""Runs an Arduino sketch on paper: its C++, and its calls to Arduino and to the two stepper libraries.
 
-A loop that repeats until an input has a given level counts as a wait.  Times are not computed.
+The language is limited to the C++ that the writers of sketches use.  A loop that repeats until an input
+has a given level counts as a wait.  Times are not computed.
 """
 
 from __future__ import annotations

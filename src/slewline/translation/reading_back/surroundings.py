@@ -18,7 +18,7 @@ class RefusedLine(Exception):
 
 
 class Enough(Exception):
-    """The interruption of a program that has no end; the events before it are the trace."""
+    """An exception that interrupts a program without end; the events recorded so far are its trace."""
 
 
 class Surroundings:
@@ -63,7 +63,9 @@ class Surroundings:
         return self.levels.get(number, 1)
 
     def wait(self, number: int, level: int) -> None:
-        """Wait until an input is at `level`, while listed inputs change; if none is listed, end immediately.
+        """Invert the inputs in the list `waits`, one after another, until an input is at `level`.
+
+        If the list is empty, record that the input has this level, and end the wait immediately.
 
         Raises:
             Enough: the input never has this level.

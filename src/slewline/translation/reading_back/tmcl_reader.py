@@ -272,10 +272,6 @@ class _Processor:
             self.at = to
 
     def _met(self, command: _Command, to: int) -> None:
-        """Leave the wait loop that starts at index `to`, and record that its input has the expected level.
-
-        This is called only if no inputs are listed to change in turn.
-        """
         del command
         self.around.wait(self.inputs[int(self.program[to].operands[0])], int(self.program[to + 1].operands[0]))
 

@@ -1,4 +1,4 @@
-"""Conversion of statements to actions: one method per role of a command, for all parts with this role."""
+"""Conversion of statements to actions: one method for each role of commands, used for all parts."""
 
 from __future__ import annotations
 
@@ -287,7 +287,7 @@ class RoleReader:
         yield Jump(to=self.goal(statement), inputs=levels, **common)  # type: ignore[arg-type]
 
     def on_branch_bits(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
-        """Yield a branch that is taken while the selected input does not have the selected level.
+        """Yield a branch that is taken unless the selected input has the selected level.
 
         If the command tests several inputs, the action is a `Special`.
         """

@@ -1,8 +1,9 @@
-"""Register values at every command of a program, as far as its text shows them: all paths are followed.
+"""The register values at every command of a program, as far as its text determines them.
 
-If paths with different values of a register meet at a command, the value is not known there; likewise,
-a position set before a loop is not known in the loop if the loop changes it.  The role of a command
-determines its effect; a command named like a quantity of the part's calculator sets a ramp parameter.
+All paths through the program are followed.  If a command is reached on two paths with different values
+of a register, the value is not known there.  Likewise, a position set before a loop is not known in the
+loop if the loop changes it.  The role of a command determines its effect.  A command that has the name
+of a quantity in the part's ramp calculator sets a ramp parameter.
 """
 
 from __future__ import annotations
@@ -127,7 +128,7 @@ class KnownRegisterValues:
         return nowhere(state.items()) if self.interrupted and row.motion else frozenset(state.items())
 
     def _moved(self, row: Row, value: int, axis: int, state: dict[Key, int]) -> None:
-        """Update `state` by a command's effect on the position, and on settings that hold for one motion only."""
+        """Apply a command to `state`: its effect on the position, and the end of settings for one motion only."""
         here, place = state.get((axis, "position")), (axis, "position")
         if waits_for_update(row):
             state[axis, "stop"] = STOPS.index(row.at_once)

@@ -107,7 +107,7 @@ def probing(action: RunEndless | Home) -> str:
 
 
 def has_output(writer: LanguageWriter, action: SetOutput) -> bool:
-    """Return whether grbl has a counterpart of an output; if not, record that the source line is not possible."""
+    """Return whether grbl has a counterpart of an output; if not, record the source line as not possible."""
     if action.number in OUTPUTS:
         return True
     limit = "two outputs: coolant (M8, M9) and spindle (M3, M5)"

@@ -216,7 +216,10 @@ class ScriptWriter(Structured):
         return ""
 
     def as_long_as(self, node: AsLongAs) -> None:
-        """Write an endless loop whose body ends with a break, taken unless all inputs have their given levels."""
+        """Write a loop that repeats its body as long as all inputs have their given levels.
+
+        The loop is endless, and its body ends with a conditional break, so the body is executed at least once.
+        """
         self.sheet.add("while True:", node.head)
         self.inside(node.body, "", node.line)
         self.sheet.depth += 1

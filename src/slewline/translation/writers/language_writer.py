@@ -160,7 +160,10 @@ class LanguageWriter(ABC):
                 unspoken(sheet, action, self.keeps, self.target.language)
 
     def unknown(self, line: int, what: str, remedy: str = "write the command with a number") -> None:
-        """Record that a line is not possible, because the text does not determine the value that `what` names."""
+        """Record that a line cannot be translated, because the program text does not determine a value.
+
+        `what` names the value, and `remedy` is advice to the user.
+        """
         self.sheet.impossible(line, f"{what} is not known from the text", self.needs, remedy)
 
     def sign_of(self, action: RunEndless | Home) -> int | None:

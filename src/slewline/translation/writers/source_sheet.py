@@ -157,7 +157,14 @@ def digits_for(steps_per_mm: float) -> int:
 
 # --------------------------------------------------------------------------------------------------------------- times
 def compare_times(sheet: Draft, action: MoveBy | MoveTo, acceleration: float, why: str) -> None:
-    """Record the difference between a move's time in the source and in a target that starts from standstill."""
+    """Record how the time of a move changes in a target that ramps up from standstill.
+
+    Args:
+        sheet: the record of the verdicts.
+        action: the move; if its profile or its number of steps is not known, only `why` is recorded.
+        acceleration: the acceleration of the target.
+        why: the reason for the difference, for the report.
+    """
     profile, steps = action.profile, action.steps
     if profile is None or not steps:
         sheet.nearly(action.line, f"the steps are the same; {why}")
@@ -202,10 +209,6 @@ class RegisterCache:
                 pass
 
     def _changed(self, action: SetProfile) -> Profile | None:
-        """Return the profile after a setting whose own `profile` is None, or None if it is not known.
-
-        It is found by applying the new value to the profile before the setting, if that is known.
-        """
         old = self.profile
         if old is None or action.value is None:
             return None
@@ -232,7 +235,7 @@ def unspoken(sheet: Draft, action: Action, keeps: str, language: str) -> bool:
     """Record the verdict on an action for which no language has a command; return whether it is such an action.
 
     Such actions are host directives, queries, stops, saving or erasing a program, special commands, and the
-    settings that a motion includes.
+    settings of a target or of an endless run, which are written as part of the motion.
 
     Args:
         sheet: the record of the verdicts.

@@ -129,7 +129,10 @@ class Structured(LanguageWriter):
             self.inside(node.otherwise, close, node.line)
 
     def _states(self, node: Stages) -> None:
-        """Write pieces that select their successors, as a loop that contains one branch per piece."""
+        """Write a part of the program as a state machine: a loop with a branch for each piece.
+
+        Each piece ends by selecting the piece that follows it.
+        """
         number = next(self.numbers)
         state = "state" if number == 1 else f"state{number}"
         counted = [piece.number for piece in node.states if piece.passes]

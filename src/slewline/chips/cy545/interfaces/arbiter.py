@@ -64,9 +64,9 @@ class InputArbiter:
 
     @property
     def answering(self) -> bool:
-        """True during a command from the serial side, or while a serial character waits that the chip may read.
+        """True during a command from the serial side, or while a serial character waits and may be read.
 
-        The chip does not read a character while it waits for the parallel host to continue a command or message.
+        A character may not be read while the chip waits for the parallel host to continue a command or message.
         """
         if self.owner is self.serial and self.at_work:
             return True
@@ -150,7 +150,7 @@ class InputArbiter:
         return serial.take()
 
     async def taken(self, tick: int) -> None:
-        """Finish a byte at a tick, after which the next byte may arrive."""
+        """Wait until the chip has processed a byte, at a tick, and can accept the next byte."""
         if self.owner is self.port:
             await self.port.done(tick)
         else:

@@ -128,10 +128,10 @@ class LocalBus:
         return self.chip.clock.ps(start + self._at(phase))
 
     async def _begin(self) -> int:
-        """Wait until the host has removed its byte from the bus; return the tick at which a cycle then begins.
+        """Wait until the host has removed its byte from the bus; return the tick at which the cycle can begin.
 
-        While BUSY is low, a host holds its byte on the bus until it raises IO_REQUEST.  A host whose request has
-        not been answered does not drive the bus here.
+        While BUSY is low, a host keeps its byte on the bus until it raises IO_REQUEST.  While BUSY is high, no
+        host drives the bus, and there is no wait for the host.
         """
         chip = self.chip
         if self.busy.is_active and self.request.is_active:
@@ -240,9 +240,10 @@ class MemoryRead(Leader[Exchange]):
 
     # -------------------------------------------------------------------------------------------- conditions for values
     def made(self, ends: tuple[BusEnd, ...]) -> Exchange | None:
-        """Return an exchange that handles reads as values for the parts `ends` on the bus; None if not possible.
+        """Return an `Exchange` that handles each memory read as one value; None if this is not possible.
 
-        It is possible only with exactly one memory on the bus, whose output depends only on the latched address.
+        It is possible only if exactly one memory is on the bus, and the output of this memory depends only on
+        the latched address.  `ends` are all parts on the bus.
         """
         wire = self.bus.drivers["xmem_sel"].net
         selected = [end for end in ends if end.select.root is wire]

@@ -9,8 +9,9 @@ A byte from the host (left), and a byte to the host (right), with times at 12 MH
                                                             |25 µs| |25 µs|
 
 BUSY falls only as an answer to the host: a host that has lowered IO_REQUEST takes any falling edge as the answer.  The
-bus also connects memory, display and switches: the host drives it from its request until BUSY falls, and leaves it open
-in the first handshake of a command that may arrive while a program runs; an open bus reads as FF.
+bus also connects memory, display and switches, so the host drives it only from its request until BUSY falls.  If a
+program may be running when a command arrives, the host does not drive the bus in the first handshake of that command;
+an undriven bus reads as FF.
 """
 
 from __future__ import annotations
@@ -51,7 +52,7 @@ class FlowReader(Protocol):
 
 
 class ParallelPort:
-    """The chip's end of IO_REQUEST, BUSY, FPL and the data bus, towards the host."""
+    """The chip's side of the parallel interface to the host: IO_REQUEST, BUSY, FPL and the data bus."""
 
     def __init__(self, chip: ChipContext, ticks: Mapping[str, int], bits: UserBits) -> None:
         self.chip, self.kernel, self.clock, self.ticks, self.bits = chip, chip.kernel, chip.clock, ticks, bits
@@ -176,7 +177,8 @@ class ParallelPort:
     async def requested(self, *others: tuple[Net, int | None]) -> None:
         """Wait between two bytes until the host has lowered IO_REQUEST, or an input of `others` reaches its level.
 
-        For an input with level None, any change ends the wait.  During this wait, bytes may arrive as one value.
+        For an input with level None, any change ends the wait.  During this wait, several bytes may arrive
+        together, as one value (handshake.py).
         """
         request = self.request
         self.awaited, self.first = (request.when_active, *others), bool(others)
@@ -194,7 +196,8 @@ class ParallelPort:
     def takes(self, data: bytes, at: int) -> int:
         """Return how many bytes of `data`, from index `at` on, the port accepts as one value; 0 if none.
 
-        The chip only stores these bytes, except the last one, on which it acts.
+        These bytes arrive together, without events for the edges of their handshakes (handshake.py).  The chip
+        only stores them, except the last one, on which it acts.
         """
         if not self.awaiting or self.token != self.task.token:  # woken, and about to continue
             return 0
@@ -203,7 +206,7 @@ class ParallelPort:
         return min(self.reader.kept(data, at) + 1, len(data) - at)
 
     def begins(self, coming: HandshakenBytes) -> None:
-        """Begin to receive bytes sent as one value."""
+        """Begin to receive bytes that are sent together, as one value (handshake.py)."""
         self.coming, self.was_idle = coming, self.chip.idle
         self.chip.idle = self.host_is_next = False
 
@@ -241,7 +244,6 @@ class ParallelPort:
         self.served = self.request.changes - (not low)
 
     def _take(self) -> int:
-        """Remove and return the first unused byte of those that have arrived as one value."""
         byte = self.come.popleft()
         if not self.come:
             self.open = self.stage in (HandshakeStage.READ, HandshakeStage.TAKEN)
@@ -286,7 +288,10 @@ class ParallelPort:
                 pass
 
     async def _give(self, byte: int, last: bool) -> bool:
-        """Send a byte; return False if the host did not receive it, having withdrawn its request before BUSY fell."""
+        """Send a byte; return whether the host received it.
+
+        The host has not received the byte if it withdrew its request before BUSY fell.
+        """
         chip, request = self.chip, self.request
         chip.waits("waiting for io_request=0 (FPL is low: the host has to read)")
         await next_round(self.kernel)  # a host with a request (a letter) already active releases the bus as FPL falls

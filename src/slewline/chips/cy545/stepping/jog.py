@@ -58,8 +58,8 @@ class Jog:
     def direction(self) -> int | None:
         """The direction selected by JOG, +1 (clockwise) or -1; None if JOG is open or a limit forbids the step.
 
-        The step is forbidden while the limit input for its direction of counting is low; this direction depends
-        on the level of the CCW pin, which another output may pull low.
+        A limit input forbids the step if it is low, and if it is the limit of the direction in which the step
+        would count.  If another output pulls the CCW pin low, every step counts clockwise.
         """
         level = self.net.level
         if level is None:

@@ -37,7 +37,7 @@ class BusDecoder(Protocol):
     at_letter: bool
 
     def kept(self, data: bytes, at: int, ascii: bool) -> int:
-        """Count the bytes of `data`, from index `at` on, that will merely be stored as part of a command."""
+        """Return how many bytes of `data`, from index `at` on, the chip would only store as part of a command."""
 
 
 class BusPort:
@@ -200,7 +200,10 @@ class BusPort:
         return self.decoder.at_letter
 
     async def _requested(self, asked: tuple[Net, int]) -> HandshakeStage:
-        """Wait for I/O REQUEST, or for bytes sent as one value; return the stage that the last byte has reached."""
+        """Wait for I/O REQUEST, or for bytes that arrive together as one value (handshake.py).
+
+        Return the stage that the handshake of the last byte has reached.
+        """
         self.awaiting, self.stage, self.token = True, HandshakeStage.AWAITED, self.task.token
         try:
             await (level(*asked) if self.exchange is None else suspended())
@@ -215,7 +218,8 @@ class BusPort:
     def takes(self, data: bytes, at: int) -> int:
         """Return how many bytes of `data`, from index `at` on, the port accepts as one value; 0 if none.
 
-        The chip only stores these bytes, except the last one, on which it acts.
+        These bytes arrive together, without events for the edges of their handshakes (handshake.py).  The chip
+        only stores them, except the last one, on which it acts.
         """
         if not self.awaiting or self.token != self.task.token:  # woken, and about to continue
             return 0
@@ -227,7 +231,7 @@ class BusPort:
         return min(self.decoder.kept(data, at, ascii) + 1, len(data) - at)
 
     def begins(self, coming: HandshakenBytes) -> None:
-        """Begin to receive bytes sent as one value."""
+        """Begin to receive bytes that are sent together, as one value (handshake.py)."""
         self.coming, self.read, self.idle, self.chip.idle = coming, 0, self.chip.idle, False
         if self.decoder.at_letter:
             self.ascii = self.mode.level == 1

@@ -170,7 +170,7 @@ class QuadratureDecoder:
         return self._count(a, b) if len(a) or len(b) else ([], [])
 
     def _differed_before(self, a: Sequence[int], b: Sequence[int]) -> bool:
-        """Return whether A and B had different levels before their changes at ticks `a` and `b`."""
+        """Return whether the levels of A and B differed before the first of their changes at ticks `a` and `b`."""
         return bool(((self.a.level or 0) ^ (self.b.level or 0) ^ len(a) ^ len(b)) & 1)
 
     def _count(self, a: Sequence[int], b: Sequence[int]) -> tuple[list[int], list[int]]:
@@ -217,9 +217,9 @@ class QuadratureDecoder:
         return ticks, counts
 
     def _check_states(self, lasted: Sequence[int], tick: int) -> None:
-        """Report the first state of each burst of encoder states that are too short.
+        """Report an encoder state that is too short; in a burst of short states, report only the first one.
 
-        `lasted` has the duration of each state in clocks.  The last of these states ended at `tick`.
+        `lasted` is the duration of each state, in clocks.  The last of these states ended at `tick`.
         """
         for state in lasted:
             if state >= 2 * DWELL_TICKS:
@@ -367,7 +367,6 @@ class QuadratureCounter:
         self._refused = 0
 
     def _work_off(self) -> None:
-        """Read all changes up to the last query, if so far they have been counted only in the window."""
         if self._done < self._asked:
             self.window = None
             self._read(self._asked)

@@ -54,13 +54,18 @@ class ElectronicGear:
         self.set_out(cause)
 
     def set_out(self, cause: str) -> None:
-        """Log the beginning of a motion; if the gear is suspended, log its immediate end too."""
+        """Log the beginning of a motion; if the gear is suspended, also log the immediate end of this motion."""
         begins(self.chip, self.state, cause, 0, self.generator.pulse_range)
         if self.suspended:
             self.generator.log.end("limit" if self.switches.flagged else "cut")
 
     def follow(self, n: int) -> None:
-        """Displace the axis in cycle `n` by the new counts times the ratio; defer the part beyond the pulse range."""
+        """Move the axis in cycle `n` by the new encoder counts times the gear ratio.
+
+        In each cycle, the axis moves no further than the pulse range allows; the rest of the displacement follows
+        in later cycles.  A displacement towards an active limit switch is dropped; so are all counts while the
+        gear is suspended.
+        """
         state, pulses, counts = self.state, self.pulses, self.feedback.counts
         new, self.followed = counts - self.followed, counts
         if self.suspended or self.feedback.encoder is None:

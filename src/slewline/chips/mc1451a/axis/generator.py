@@ -21,7 +21,10 @@ AIMS = {TRAPEZOIDAL: "point", VELOCITY: "contour", S_CURVE: "curve"}
 
 
 class ProfileGenerator:
-    """The generator.  `aim` is empty at rest; if `fresh`, a new run must be planned, even during a run."""
+    """The profile generator of one axis.
+
+    `aim` is empty at rest.  `fresh` is True if a new run must be planned, even while a run is in progress.
+    """
 
     def __init__(self, chip: ChipContext, state: AxisState, pulses: Pulses) -> None:
         self.chip, self.state, self.pulses, self.log = chip, state, pulses, pulses.axis.log
@@ -50,7 +53,7 @@ class ProfileGenerator:
 
     @property
     def fastest(self) -> int:
-        """An upper limit of the displacements in the present run, in 1/65536 step per cycle; 0 without a run."""
+        """An upper limit of the displacement in any cycle of the present run, in 1/65536 step; 0 without a run."""
         if self.pulses.law is None:
             return 0
         if self.aim == "curve":
@@ -67,7 +70,7 @@ class ProfileGenerator:
 
     # ---------------------------------------------------------------------------------------------------- begin and end
     def set_out(self, distance: int) -> None:
-        """Begin a motion in the present profile mode; a motion in progress gets the aim of this mode.
+        """Begin a motion in the present profile mode, or give a motion in progress the aim that this mode has.
 
         `distance`, the signed distance to the destination, is used for an S-curve only.
         """
@@ -119,7 +122,7 @@ class ProfileGenerator:
         self.aim = ""
 
     def wrapped(self) -> None:
-        """Request a new plan for a trapezoidal move, because the target has passed an end of its range."""
+        """Request a new plan for a trapezoidal move, because the target position has wrapped around."""
         self.fresh |= self.aim == "point"
 
     # ------------------------------------------------------------------------------------------------------------- runs

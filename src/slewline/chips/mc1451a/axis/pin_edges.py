@@ -64,11 +64,12 @@ class PinEdges:
         return [ps for times, _ in edges for ps in times], [level for _, levels in edges for level in levels]
 
     def coming(self, ps: int) -> tuple[Any, Any, Level] | None:
-        """Return the edges promised after the last query, up to a future instant (ps).
+        """Return the edges promised after the last query, up to a future instant (ps); None if it is too soon.
+
+        It is too soon while the first level, the last change of a driver, or some past edges have not been read.
 
         Returns:
-            The times of the edges (ps), the level after each, and the level at the end; None while the first
-                level, the last change of a driver, or some past edges have not yet been read.
+            The times of the edges (ps), the level after each, and the level at the end.
         """
         if self._first or self._changed is not None or self._edges:
             return None

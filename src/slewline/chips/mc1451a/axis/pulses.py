@@ -1,8 +1,9 @@
 """An axis's run in progress: its effect on the registers, and the pulses that it promises.
 
-The displacements of the cycles often follow one law for thousands of cycles: a run.  The pulses of a run
-are promised as a whole, and its position is computed on request.  When a run is cut, its remainder (part
-of a step, PULSE high or low) is the start of the next run.
+Often the displacements of thousands of successive cycles follow a single law; such cycles are a run.
+The pulses of a run are promised all together, and the position in the run is computed on request.  When
+a run is cut short, the next run starts from its remainder: the part of a step that was not emitted, and
+the level of PULSE.
 
     target    x0 ____----^^^^          x    PULSE rises where the target passes half a step; where
               |   run        | cut          it passes a whole step, PULSE falls: this is the step
@@ -50,7 +51,7 @@ class Pulses:
     """One axis's run, and its promised pulses.
 
     `law` is the law of the run's displacements, None at rest; `sign` is the run's direction.  `acceleration`
-    is the maximum change of speed from one cycle to the next under that law, kept for later queries.
+    is the maximum change of speed from one cycle to the next under that law; it is kept for later queries.
     """
 
     def __init__(self, chip: ChipContext, state: AxisState, cycle_clock: CycleClock) -> None:
@@ -78,9 +79,10 @@ class Pulses:
         self.playing: Playing | None = None
 
     def move(self, n: int) -> bool:
-        """Set the target and the velocity at the start of cycle `n`; return whether the target's range has wrapped.
+        """Set the target and the velocity at the start of cycle `n`; return whether the target has wrapped.
 
-        If the run is already over, the velocity is that of its last cycle.
+        The target has a range of 2^31 steps, and wraps at its ends.  If the run is already over, the velocity is
+        that of the run's last cycle.
         """
         state, law = self.state, self.law
         if law is None:

@@ -123,7 +123,10 @@ class Trajectory:
             self.at_rest.drive(rest)
 
     def look_at_encoder(self, n: int) -> None:
-        """Read the encoder; report a stall (position error above its limit); with auto stop, switch off the motor."""
+        """Read the encoder, and report a stall, which is a position error above its limit.
+
+        If auto stop is on, a stall also switches off the motor.
+        """
         state, feedback = self.state, self.feedback
         if feedback.encoder is None:
             return
@@ -140,7 +143,10 @@ class Trajectory:
         state.motion_error = error
 
     def look_at_breakpoint(self, n: int) -> None:
-        """If the breakpoint's condition is met, set its event; with auto update, the next cycle updates the axis."""
+        """Set the breakpoint event if the breakpoint's condition is met.
+
+        If auto update is on, the axis is then updated in the next cycle.
+        """
         state = self.state
         if state.breakpoint and self.met(n):
             command, state.breakpoint = state.breakpoint_command, ""

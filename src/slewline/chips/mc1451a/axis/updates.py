@@ -43,7 +43,7 @@ class Updates:
         self.feedback, self.switches, self.gear, self.log = feedback, switches, gear, generator.log
 
     def begin(self) -> None:
-        """Begin after a reset: no unset register has been reported yet."""
+        """Handle a reset: forget which unset registers have been reported (see `omit`)."""
         self.omitted: list[str] = []  # registers named in the finding, without which the axis does not start
 
     def settings(self, n: int) -> None:
@@ -184,7 +184,10 @@ class Updates:
         return not acceleration and (self.generator.mode == VELOCITY or not self.state.start_velocity)
 
     def omit(self, cause: str) -> None:
-        """Report the registers that the host must set before a motion, but not the same registers twice in a row."""
+        """Report the registers that are 0 and that the host must set before a motion can start.
+
+        If the last report named the same registers, nothing is reported.
+        """
         names, reported = missing_of(self.generator.mode, self.state), self.omitted
         if names and names != reported:
             zero = " and ".join(REGISTERS[name].replace("_", " ") for name in names)

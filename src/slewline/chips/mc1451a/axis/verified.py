@@ -41,7 +41,7 @@ def fault_of_run(law: Law, run: CycleRun, limits: MoveLimits, before: int, remai
 
 
 def fault_of_curve(law: SCurve, run: CycleRun, curve: Phases, before: int) -> str:
-    """Return a text that states the fault of a run along the rest of an S-curve; "" for none.
+    """Return a text that states the fault of a run that follows an S-curve up to its end; "" for none.
 
     `curve` is the whole S-curve; the other arguments are those of `fault_of_run`.
     """

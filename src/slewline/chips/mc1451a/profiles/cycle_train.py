@@ -168,7 +168,10 @@ class CycleTrain(Train):
         return CycleTrain(self.clock, self.origin, self.law, self.cycles, self.lead, self.cycle, self.unit // 2)
 
     def positions(self, i: int, j: int) -> NDArray[np.int64]:
-        """Return the positions at the starts of cycles i ... j-1: (n,) int64, 1/65536 step, counted like `lead`."""
+        """Return the positions at the starts of cycles i ... j-1: (n,) int64, 1/65536 step.
+
+        Positions are counted from the last step before cycle 0, in the direction of movement, as `lead` is.
+        """
         import numpy as np
 
         return self.lead + self.law.travels(np.arange(i, j))
@@ -250,7 +253,6 @@ class CycleTrain(Train):
         return bisect_left(range(self.cycles), distance, key=law.travel) - 1
 
     def _enter(self, i: int) -> tuple[int, int, int]:
-        """Return cycle `i`, the distance covered before it, and the distance covered by its end."""
         if self._near[0] != i:
             self._near = (i, self.law.travel(i), self.law.travel(i + 1))
         return self._near
@@ -305,9 +307,9 @@ class CycleTrain(Train):
             yield since, part
 
     def _steady(self, first: int, last: int) -> Iterator[tuple[int, int, Any, Any, None]]:
-        """Yield the parts at constant speed as (number of steps, origin, scale, rest, None).
+        """Yield the parts at constant speed as (number of steps, origin, scale, rest, None), for `_parts`.
 
-        Scale and rest are numbers that apply to all steps of the part.
+        All steps of a part have the same scale and the same rest.
         """
         speed = self.law.steady
         for a in range(first, last, BLOCK):
@@ -339,7 +341,6 @@ class CycleTrain(Train):
 
 @cache
 def _counting() -> NDArray[np.float64]:
-    """Return the numbers 1, 2, 3 ... of the steps in a part of an expansion, enough for the largest part."""
     import numpy as np
 
     return np.arange(1, BLOCK + 1, dtype=np.float64)

@@ -100,7 +100,7 @@ def trapezoid(limits: MoveLimits, remaining: int, speed: int) -> CycleRun:
         return CycleRun(1, first)
 
     def same(i: int) -> bool:
-        """Return whether the cycle after cycle i of the run still follows the rule with the same change of speed."""
+        """Return whether the rule changes the speed by `change` again after cycle i of the run, without a landing."""
         before = first + i * change
         left = remaining - first * (i + 1) - change * (i * (i + 1) // 2)
         if before + change <= 0 or left <= 0 < remaining:
@@ -201,7 +201,7 @@ class Phases(NamedTuple):
 
     @property
     def peak(self) -> int:
-        """The highest velocity, that of phase 4, in 1/65536 step per cycle divided by 2^(16 + 2 * PLACES)."""
+        """The highest velocity, that of phase 4; its unit is 2^-(16 + 2 * PLACES) of 1/65536 step per cycle."""
         fast = self.jerked + self.steady
         reached = min(self.jerk * self.jerked, self.acceleration << 16 + PLACES)
         return min(self.velocity << 16 + 2 * PLACES, reached * fast)
@@ -260,9 +260,9 @@ class Phases(NamedTuple):
     def _state(self, phase: int, t: int) -> tuple[int, int, int, int]:
         """Return six times the position, twice the velocity, the acceleration and the jerk at a time in a phase.
 
-        All are integers, and so exact.  The position is in 1/65536 step, divided by 2^(16 + 3 * PLACES); the
-        velocity is in 1/65536 step per cycle, divided by 2^(16 + 2 * PLACES).  The divisor is 2^(16 + PLACES)
-        for the acceleration (per cycle^2), and 2^16 for the jerk (per cycle^3).
+        All are integers, and so exact.  Their units are these fractions of 1/65536 step: 2^-(16 + 3 * PLACES) for
+        the position; 2^-(16 + 2 * PLACES), per cycle, for the velocity; 2^-(16 + PLACES), per cycle^2, for the
+        acceleration; and 2^-16, per cycle^3, for the jerk.
         """
         t1, j = self.jerked, self.jerk
         if phase <= 2:

@@ -86,10 +86,11 @@ class Forces:
         return [stretch for stretch in found if stretch.begin_ps <= stop]
 
     def _of_run(self, entry: TargetLaw, before: TargetLaw | None, following: TargetLaw | None) -> Iterator[JerkSegment]:
-        """Yield a run's segments of constant acceleration; the first cycle is a separate segment if it differs.
+        """Yield the segments of constant acceleration of a run, in which the axis follows one law of motion.
 
-        The acceleration of the first cycle is the change from the velocity before the run.  If that change
-        exceeds the law's acceleration, it is a jump, which counts as 0.
+        The acceleration in the first cycle follows from the velocity in the cycle before the run, so this cycle
+        may need a segment of its own.  If the velocity changes by more than the acceleration of the law allows,
+        the change is a jump, and counts as an acceleration of 0.
         """
         unit = self.per_s**2 / ONE
         change = entry.sign * entry.law.velocity(1) - entry.sign * entry.law.velocity(0) if entry.law else 0
@@ -107,7 +108,10 @@ class Forces:
     def _of_curve(
         self, entry: TargetLaw, phases: Phases, law: SCurve, following: TargetLaw | None
     ) -> Iterator[JerkSegment]:
-        """Yield the segments of a run on an S-curve, one per phase, then one at rest if the curve ends in the run."""
+        """Yield one segment for each phase of the S-curve that a run follows.
+
+        If the run continues after the end of the curve, the last segment is one with no acceleration and no jerk.
+        """
         zero = entry.since - law.first  # the cycle in which the curve begins
         begun, over = entry.first - zero, None if following is None else following.first - zero
         parts = 0

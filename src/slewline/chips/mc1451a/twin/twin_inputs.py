@@ -46,7 +46,7 @@ class TwinFilter:
         self.raw, self.since = int(net.level or 0), tick
 
     def pass_time(self, tick: int) -> None:
-        """Accept the present level of the input if it has lasted long enough by a tick."""
+        """Accept the present level of the input if, at the given tick, it has lasted for the filter time."""
         if self.raw != self.level and self.since + sheet.FILTER_TICKS <= tick:
             self.level = self.raw
             self.edges[self.since + sheet.FILTER_TICKS] = self.level
@@ -106,7 +106,7 @@ class Switches:
 
     @property
     def flagged(self) -> bool:
-        """True if the event of a limit switch keeps the axis from moving."""
+        """True if the limit switches are enabled and the event of one is still set, so that the axis cannot move."""
         return bool(self.registers.limits_on and self.state.events & (POSITIVE_LIMIT | NEGATIVE_LIMIT))
 
     def active(self, direction: int) -> bool:

@@ -335,7 +335,7 @@ class FlowSender(Leader[Handshakes]):
 
     @property
     def by_value(self) -> bool:
-        """True if the last byte was sent as part of a value, and the lines have not been observed since then."""
+        """True if the last bytes were sent as one value, and the lines have not been observed since then."""
         return self.exchange is not None and self.exchange.by_value
 
     def begin(self, data: bytes, at: int, begins: bool, empty: bool) -> bool:

@@ -75,7 +75,7 @@ class CommandPort:
         return self.sent + (0 if exchange is None else exchange.in_flight)
 
     def awaits(self, _number: int, low: bool) -> tuple[tuple[Net, int], ...]:
-        """Return the net and level that the port waits for: READY low while I/O REQUEST is `low`, else READY high."""
+        """Return READY and the level for which the port waits: low if I/O REQUEST is low (`low`), otherwise high."""
         return ((self.ready, 0 if low else 1),)
 
     def rest(self) -> None:
@@ -281,7 +281,7 @@ class BusSender(Leader[Handshakes]):
 
     @property
     def by_value(self) -> bool:
-        """True if the last byte was sent as part of a value, and the lines have not been observed since then."""
+        """True if the last bytes were sent as one value, and the lines have not been observed since then."""
         return self.exchange is not None and self.exchange.by_value
 
     def begin(self, data: bytes, at: int) -> bool:

@@ -56,7 +56,9 @@ class Packet(NamedTuple):
 
 
 class PacketPort:
-    """A host's port on one chipset: drivers on the chipset's host port, and the current axis known to the host.
+    """A host's port on one chipset, which drives the pins of the chipset's host port.
+
+    It also keeps the number of the axis that is current as far as the host knows.
 
     Args:
         chip: the connection to the chipset.
