@@ -31,7 +31,7 @@ from .wire import (
 
 MS = 1_000_000
 HEARTBEAT = 100 * MS  # ns between round trips, or a quarter of the watchdog
-HEARTBEAT_AT_REST = 500 * MS  # a board at rest needs none, but its clock is checked
+HEARTBEAT_AT_REST = 500 * MS  # if a board at rest needs none: its clock is checked
 REFILL = 5 * MS  # while records wait for slots
 SILENCE, LONGEST_SILENCE = 5 * MS, 500 * MS  # without an answer; or three median round trips
 UNKNOWN = 20 * MS  # for a round trip, before there was one
@@ -52,6 +52,7 @@ class Link(Outbox):
         damaged: the number of damaged frames from the board.
         resent: the number of commands that the host has sent again.
         at_rest: True if the motor is at rest and no step is pending; set by the owner.
+        bears_silence: True if a board at rest needs no messages; set by the owner.
         on_event: hook, called with each event of the board once, in order, with its tick unwrapped.
         on_boot: hook, called when the board has restarted; pending commands are discarded, and the board
             must be opened again.
@@ -72,7 +73,7 @@ class Link(Outbox):
         self.counted: int | None = None  # the board's count, as last reported: signed 32 bits
         self.damaged = self.resent = 0
         self.received_ns: int | None = None  # time of the last frame
-        self.at_rest = False
+        self.at_rest = self.bears_silence = False
         self._decoder = Decoder()
         self._token = 0
         self._now = 0
@@ -135,7 +136,7 @@ class Link(Outbox):
 
     @property
     def _heartbeat(self) -> int:
-        if self.at_rest:
+        if self.at_rest and self.bears_silence:
             return HEARTBEAT_AT_REST
         watchdog = self._config.watchdog if self._config else 0
         return min(HEARTBEAT, watchdog * 1_000_000_000 // self.clock.hz // 4) if watchdog else HEARTBEAT
@@ -247,7 +248,7 @@ class Link(Outbox):
     def receive(self, data: bytes, now_ns: int) -> None:
         """Receive bytes from the board; the hooks are called from here."""
         self._now = now_ns
-        for frame in list(self._decoder.feed(data)):
+        for frame in self._decoder.feed(data):
             message = None if isinstance(frame, Damaged) else wire.read(frame)
             if message is None:
                 self.damaged += 1  # an answer or an event: the next answer shows which
