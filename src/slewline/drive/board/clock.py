@@ -121,9 +121,9 @@ class BoardClock:
     def _drawn(self) -> bool:
         """Calculate the line of ticks against host time; return whether any line satisfies all bounds."""
         rows = np.array([(each.early, each.above, each.late, each.below) for each in self._bounds], dtype=np.int64)
-        early, late = (rows[:, at].astype(np.float64) for at in (0, 2))
-        early, late = early - self._origin, late - self._origin
-        above, below = rows[:, 1] - self._first, rows[:, 3] - self._first
+        early, above, late, below = rows.T
+        early, late = early.astype(np.float64) - self._origin, late.astype(np.float64) - self._origin
+        above, below = above - self._first, below - self._first
         newest = self._bounds[-1]
         if newest.start - self._bounds[0].start < SOON or newest.late == newest.start:
             apart = late[None, :] - early[:, None]
