@@ -19,6 +19,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
+from operator import attrgetter
 from time import perf_counter_ns
 from typing import TYPE_CHECKING
 
@@ -35,6 +36,7 @@ NS_PER_S = 10**9
 SLICE_NS = 20_000_000
 LATE_NS = 1_000_000  # an event later than this counts as late
 LOST_NS = NS_PER_S  # a longer lag is skipped
+_limit = attrgetter("limit_ps")
 
 
 @dataclass
@@ -254,7 +256,7 @@ class Lockstep(Pace):
 
     def _goal(self) -> int:
         """Return the latest limit of the waits (ps), up to which time may run; without waits, the current instant."""
-        return max((wait.limit_ps for wait in self.waits), default=self.kernel.now)
+        return max(map(_limit, self.waits), default=self.kernel.now)
 
     def pause(self) -> float | None:
         """Return None: the loop may sleep until a byte arrives, because only requests of clients let time run."""
