@@ -155,7 +155,7 @@ class Link(Outbox):
                 return self._now
             if self._commands:
                 return self._last_ask + REFILL
-            return min([self._last_ask + self._heartbeat, *(again_ns for _, again_ns in self._missing())])
+            return min([self._last_ask + self._heartbeat, *(again_ns for _, again_ns in self._events.missing(set()))])
         due = self._waits_since + self._answer_timeout
         if self.is_open:
             due = min(due, max(self._last_ask + self._heartbeat, self._now + MS))
@@ -184,7 +184,7 @@ class Link(Outbox):
             out += self._send(FrameKind.STOP, bytes((self._stops[0],)))
         if self._wants_ask() and self._room >= SMALL:
             out += self._send_ask()
-        for event, again_ns in self._missing():
+        for event, again_ns in self._events.missing({each.event for each in self._flight}):
             if self._room >= SMALL and now_ns >= again_ns:
                 out += self._send(FrameKind.REPEAT, bytes((event,)))
                 self._flight[-1].event = event
@@ -198,10 +198,6 @@ class Link(Outbox):
             self._note_sent(frame, (self._base + self._sent - 1) % 256, command.kind, command)
             out += frame
         return bytes(out)
-
-    def _missing(self) -> list[tuple[int, int]]:
-        """Return (number, time to request it in ns) for each missing event, unless a request for it is pending."""
-        return self._events.missing({each.event for each in self._flight})
 
     def _wants_ask(self) -> bool:
         asked = any(each.kind == FrameKind.ASK for each in self._flight)
