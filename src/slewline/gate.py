@@ -221,7 +221,7 @@ def opened(path: str | PathLike[str]) -> BinaryIO:
         BenchFileError: the file does not exist, or is not a regular file.
     """
     with refusals(path):
-        kind = stat.S_IFMT(Path(path).stat().st_mode)
+        kind = stat.S_IFMT(os.stat(path).st_mode)
         if kind != stat.S_IFREG:
             raise BenchFileError(f"{path}: is {KINDS.get(kind, 'not a file')}; give a regular file")
         return open(path, "rb")

@@ -14,10 +14,10 @@ from .rig import HZ, MS_NS, TwinLine, check_steps, drive_of
 class Served:
     """A loop such as that of the server, in the time of a line."""
 
-    def __init__(self, name, ppm=0):
+    def __init__(self, name, ppm=0, **options):
         self.bench, self.x, self.host, self.seconds = furnished(name)
         self.line = TwinLine(ppm=ppm)
-        self.drive = drive_of(self.bench, self.x, self.line)
+        self.drive = drive_of(self.bench, self.x, self.line, **options)
         self.drive.open()
         self.pace = Paced(self.bench, 1, clock=self.drive.nanoseconds)
         self.pace.start()
@@ -79,5 +79,18 @@ def test_a_drive_at_rest_has_little_to_do_and_wakes_when_its_host_speaks():
     assert len(turns) < 40 and not woken and each.drive._path.link.at_rest
     each.host.send("G\r")
     assert woken and not each.drive._path.link.at_rest
+    each.serve(400)
+    assert len(each.line.twin.steps) == 10 and not each.drive.troubles
+
+
+def test_a_drive_at_rest_whose_driver_is_on_turns_only_at_its_heartbeats():
+    each = Served("cy525 five steps", enable=True, driver="A4988", enable_off="rest", enable_hold="60 s")
+    each.serve(600)
+    turns, turn, asked = [], each.drive.turn, []
+    each.drive.turn = lambda: (turns.append(each.line.now), asked.append(each.line.twin.last_frame), turn())
+    each.serve(5000)
+    assert len(turns) < 400 and each.drive._path.link.at_rest
+    assert len(set(asked)) > 45 and each.drive.power.on  # a message every 100 ms
+    each.host.send("G\r")
     each.serve(400)
     assert len(each.line.twin.steps) == 10 and not each.drive.troubles

@@ -35,6 +35,7 @@ MARK, MARK_TEXT = (
     b"A session of slewline drive. Only the newest ones are kept: copy what is worth it.\n",
 )
 FILES = frozenset({JOURNAL, *LINES, MARK})
+_in_json = json.JSONEncoder(separators=(",", ":")).encode
 
 
 def new_folder(inside: str | PathLike[str] | None = None) -> Path:
@@ -163,7 +164,7 @@ class BlackBox:
             return
         now = self._clock()
         entry = {"ns": now - self._began_ns, "tick": self._tick(now), "way": direction, "data": data.hex()}
-        line = json.dumps(entry, separators=(",", ":")) + "\n"
+        line = _in_json(entry) + "\n"
         try:
             self._file.write(line)
         except OSError as error:

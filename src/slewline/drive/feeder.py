@@ -138,7 +138,7 @@ class Feeder:
         if self.stopped:
             return False
         now = self.kernel.now
-        return self.running or bool(self._items) or (now >= self.taken_ps and self.axis.count(self.taken_ps, now) > 0)
+        return self.running or bool(self._items) or next(self.axis.played(self.taken_ps, now), None) is not None
 
     @property
     def interval16(self) -> int:
@@ -234,13 +234,13 @@ class Feeder:
             return
         self.taken_ps = now
         changes, self._changes = self._changes, []
-        horizon16, half = self.horizon << 16, HALF if self._half() else 0
+        horizon16 = self.horizon << 16
         outputs = deque(PlannedOutput(self.ticks.at(ps) + horizon16, mask, value) for ps, mask, value in changes)
         for stretch, train, a, b in self.axis.played(start, now - 1):
             if self.stopped:
                 self.lost += stretch.sign * (b - a)  # the model continues, the motor does not
                 continue
-            flags = half | (DOWN if stretch.sign < 0 else 0)
+            flags = (HALF if self._half() else 0) | (DOWN if stretch.sign < 0 else 0)
             for first, end, ramp_left, slope in self.ramps(stretch, a, b):
                 ticks16 = self.ticks.many(train.times(first + 1, end)) + horizon16
                 while outputs and outputs[0].tick16 < ticks16[-1]:

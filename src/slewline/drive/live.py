@@ -76,7 +76,8 @@ class Live:
             tick = self.clock.ticks(now)
         until = rewind.going_back_to if rewind is not None and state.undecided else None
         self.cable.turn(tick if until is None else min(tick, until))
-        self.link.at_rest = self._rests()
+        self.link.at_rest = rests = self._rests()
+        self.link.bears_silence = rests and self.power.bears_silence
         self.talk.send(now)
 
     def _feed(self, now: int) -> int:
@@ -99,11 +100,10 @@ class Live:
         if state.phase != "ok" or state.axis.moving or self.cable.in_progress or not self.alignment.near:
             return False
         answer = self.link.answer
-        if answer is None or answer.state != BoardState.IDLE or not (self.link.idle and self.power.bears_silence):
+        if answer is None or answer.state != BoardState.IDLE or not self.link.idle:
             return False
-        if [chip for chip in state.bench.chips.values() if not chip.idle]:
-            return False
-        return not [part for part in state.bench.parts.values() if not part.idle]
+        chips, parts = state.bench.chips.values(), state.bench.parts.values()
+        return all(chip.idle for chip in chips) and all(part.idle for part in parts)
 
     def due(self) -> float:
         """Return the number of seconds within which the next turn is due; `on_wake` may make it due earlier."""

@@ -137,12 +137,11 @@ class ModulePort(Closing):
             PortLost: the port is gone.
         """
         waited = 0.0
-        while not (data := self._take(lambda: 1)):
+        while not (data := self._take(self._next)):
             waited += SLICE_S
             if waited >= silence:
-                return Chunk(b"", time.monotonic_ns())
-        now = time.monotonic_ns()
-        return Chunk(data + self.waiting(), now)
+                break
+        return Chunk(data, time.monotonic_ns())
 
     def waiting(self) -> bytes:
         """Return the characters that have already arrived, without waiting.
@@ -150,10 +149,18 @@ class ModulePort(Closing):
         Raises:
             PortLost: the port is gone.
         """
-        return self._take(lambda: self.line.in_waiting)
+        return self._take(self._rest)
 
-    def _take(self, size: Callable[[], int]) -> bytes:
-        data: bytes = self._do(lambda: self.line.read(size()))
+    def _next(self) -> bytes:
+        first: bytes = self.line.read(1)
+        return first + self._rest() if first else first
+
+    def _rest(self) -> bytes:
+        data: bytes = self.line.read(self.line.in_waiting)
+        return data
+
+    def _take(self, read: Callable[[], bytes]) -> bytes:
+        data: bytes = self._do(read)
         self._latest = (self._latest + data)[-TAIL:]
         if self.raw is not None:
             self.raw.came(data, time.monotonic_ns())
@@ -168,16 +175,16 @@ class ModulePort(Closing):
         getattr(self.line, "sleep", time.sleep)(seconds)
 
     def _do(self, call: Callable[[], Any]) -> Any:
-        from serial import SerialTimeoutException
-
         try:
             return call()
-        except SerialTimeoutException:
-            raise PortLost(
-                f"{self.where}: the port has accepted no characters for {WRITE_S:g} s; use a port without flow "
-                "control, check the adapter, and try again"
-            ) from None
         except (OSError, TypeError, AttributeError) as error:  # raised by pySerial for a lost port
+            from serial import SerialTimeoutException
+
+            if isinstance(error, SerialTimeoutException):
+                raise PortLost(
+                    f"{self.where}: the port has accepted no characters for {WRITE_S:g} s; use a port without flow "
+                    "control, check the adapter, and try again"
+                ) from None
             found = os.strerror(error.errno) if isinstance(error, OSError) and error.errno else str(error)
             why = found.partition("(")[0].strip()  # the rest of the text is a guess of pySerial
             if reason := dismissed(self.where, self.line, self._latest):

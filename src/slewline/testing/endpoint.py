@@ -124,7 +124,7 @@ class SerialEndpoint:
             if self.cancelled or not self.connected:
                 self.cancelled = False
                 return
-            limit = SILENCE_PS if end is None else max(end - self.rig.bench.now_ps, 0)
+            limit = SILENCE_PS if end is None else max(end - self.rig.pace.kernel.now, 0)
             pause = None if gap is None or not had else seconds(gap)
             if self.rig.wait(partial(self._has_more, had), limit if pause is None else min(limit, pause)):
                 continue

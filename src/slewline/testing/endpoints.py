@@ -12,7 +12,7 @@ from itertools import count
 from pathlib import Path
 from shutil import rmtree
 from tempfile import mkdtemp
-from threading import Condition, Event, Thread
+from threading import Event, Thread
 from typing import Any
 
 from ..bench.runner import Wait
@@ -63,7 +63,6 @@ class BusEndpoint(Rig):
 
     def reach(self) -> None:
         """Put the host on the bench."""
-        self.lock = Condition()
         self.host = self.bench.host(self.chip, name="host", over=self.channel.name)
         self.host.on_event.add(lambda text: self.log.event(self.host.name, text))
         self.url = ""

@@ -217,7 +217,7 @@ class Serial(HasRig, SerialBase):
 
     def clock(self) -> float:
         """Return the virtual time (s): the counterpart of time.monotonic for a real port."""
-        return self.rig.bench.now_ps / PS_PER_S
+        return self.rig.pace.kernel.now / PS_PER_S
 
     def _update_break_state(self) -> None:
         self._must_be_open()

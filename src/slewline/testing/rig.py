@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
-from threading import Condition
+from threading import Condition, RLock
 from typing import Any, Protocol, TypeVar, cast
 from urllib.parse import parse_qsl, urlsplit
 
@@ -137,6 +137,8 @@ class Rig:
         self.pace = self.pace_of(rate)
         self.log = TranscriptFile(self.bench.kernel, log)
         self.left_ns = self.pace.clock()  # when the program was last here, by the wall clock
+        self.lock = RLock()  # programs read in one thread and write in another; released while one waits
+        self.change = Condition(self.lock)
         self.reach()
 
     warned = False  # about a program that sleeps in real time
@@ -172,7 +174,6 @@ class Rig:
         self.host = cast("SerialHost | AdaptiveHost", host)  # that of a serial line
         self.line = ConnectorLine(self.chip.name, [self.chip], self.pace, self.log, self.host)
         self.url = f"{SCHEME}://{self.part}?name={self.chip.name}"
-        self.lock = Condition()  # programs read in one thread and write in another; released while one waits
 
     def begin(self) -> None:
         """Switch the module on; it then accepts commands."""
@@ -199,11 +200,13 @@ class Rig:
         over: list[bool] = []
         self.check_slept()
         with self.lock:
-            self.pace.wait(Wait(met, self.present() + ps, over.append, when, nets))
+            self.pace.present()
+            self.change.notify_all()
+            self.pace.wait(Wait(met, self.pace.kernel.now + ps, over.append, when, nets))
             while not over:
                 done = self.pace.pass_time()
                 if not over:
-                    self.lock.wait(max(self.pace.pause() or 0, YIELD_S) if done else YIELD_S)
+                    self.change.wait(max(self.pace.pause() or 0, YIELD_S) if done else YIELD_S)
         self.left_ns = self.pace.clock()
         return over[0]
 
@@ -225,7 +228,7 @@ class Rig:
     def present(self) -> int:
         """Return the current instant of virtual time (ps); with a rate, let it first catch up with the wall clock."""
         self.do(self.pace.present)
-        return self.bench.now_ps
+        return self.pace.kernel.now
 
     def poll(self) -> None:
         """Let one character time pass, so that polling makes progress; with a rate, catch up with the wall clock."""
@@ -238,7 +241,7 @@ class Rig:
         """Call a function while no time passes, let waiting threads check their conditions, and return the result."""
         with self.lock:
             result = action()
-            self.lock.notify_all()
+            self.change.notify_all()
         return result
 
     def resume(self) -> None:

@@ -217,7 +217,7 @@ class Row:
     @property
     def data_bytes(self) -> int:
         """The number of data bytes of the command, which its binary form contains as the data count."""
-        return sum(arg.size for arg in self.args)
+        return sum([arg.size for arg in self.args])
 
     @property
     def takes(self) -> str:

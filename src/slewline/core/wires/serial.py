@@ -56,7 +56,7 @@ class CharacterFormat:
     @property
     def stop_ticks(self) -> int:
         """The length of the stop bits, in clock ticks, of which there are sixteen per bit."""
-        return int(OVERSAMPLING * Fraction(str(self.stop)))
+        return int(OVERSAMPLING * float(self.stop))
 
     @property
     def ticks(self) -> int:

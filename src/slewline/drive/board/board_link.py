@@ -31,7 +31,7 @@ from .wire import (
 
 MS = 1_000_000
 HEARTBEAT = 100 * MS  # ns between round trips, or a quarter of the watchdog
-HEARTBEAT_AT_REST = 500 * MS  # a board at rest needs none, but its clock is checked
+HEARTBEAT_AT_REST = 500 * MS  # if a board at rest needs none: its clock is checked
 REFILL = 5 * MS  # while records wait for slots
 SILENCE, LONGEST_SILENCE = 5 * MS, 500 * MS  # without an answer; or three median round trips
 UNKNOWN = 20 * MS  # for a round trip, before there was one
@@ -52,6 +52,7 @@ class Link(Outbox):
         damaged: the number of damaged frames from the board.
         resent: the number of commands that the host has sent again.
         at_rest: True if the motor is at rest and no step is pending; set by the owner.
+        bears_silence: True if a board at rest needs no messages; set by the owner.
         on_event: hook, called with each event of the board once, in order, with its tick unwrapped.
         on_boot: hook, called when the board has restarted; pending commands are discarded, and the board
             must be opened again.
@@ -72,7 +73,7 @@ class Link(Outbox):
         self.counted: int | None = None  # the board's count, as last reported: signed 32 bits
         self.damaged = self.resent = 0
         self.received_ns: int | None = None  # time of the last frame
-        self.at_rest = False
+        self.at_rest = self.bears_silence = False
         self._decoder = Decoder()
         self._token = 0
         self._now = 0
@@ -135,7 +136,7 @@ class Link(Outbox):
 
     @property
     def _heartbeat(self) -> int:
-        if self.at_rest:
+        if self.at_rest and self.bears_silence:
             return HEARTBEAT_AT_REST
         watchdog = self._config.watchdog if self._config else 0
         return min(HEARTBEAT, watchdog * 1_000_000_000 // self.clock.hz // 4) if watchdog else HEARTBEAT
@@ -154,7 +155,7 @@ class Link(Outbox):
                 return self._now
             if self._commands:
                 return self._last_ask + REFILL
-            return min([self._last_ask + self._heartbeat, *(again_ns for _, again_ns in self._missing())])
+            return min([self._last_ask + self._heartbeat, *(again_ns for _, again_ns in self._events.missing(set()))])
         due = self._waits_since + self._answer_timeout
         if self.is_open:
             due = min(due, max(self._last_ask + self._heartbeat, self._now + MS))
@@ -183,7 +184,7 @@ class Link(Outbox):
             out += self._send(FrameKind.STOP, bytes((self._stops[0],)))
         if self._wants_ask() and self._room >= SMALL:
             out += self._send_ask()
-        for event, again_ns in self._missing():
+        for event, again_ns in self._events.missing({each.event for each in self._flight}):
             if self._room >= SMALL and now_ns >= again_ns:
                 out += self._send(FrameKind.REPEAT, bytes((event,)))
                 self._flight[-1].event = event
@@ -197,10 +198,6 @@ class Link(Outbox):
             self._note_sent(frame, (self._base + self._sent - 1) % 256, command.kind, command)
             out += frame
         return bytes(out)
-
-    def _missing(self) -> list[tuple[int, int]]:
-        """Return (number, time to request it in ns) for each missing event, unless a request for it is pending."""
-        return self._events.missing({each.event for each in self._flight})
 
     def _wants_ask(self) -> bool:
         asked = any(each.kind == FrameKind.ASK for each in self._flight)
@@ -247,7 +244,7 @@ class Link(Outbox):
     def receive(self, data: bytes, now_ns: int) -> None:
         """Receive bytes from the board; the hooks are called from here."""
         self._now = now_ns
-        for frame in list(self._decoder.feed(data)):
+        for frame in self._decoder.feed(data):
             message = None if isinstance(frame, Damaged) else wire.read(frame)
             if message is None:
                 self.damaged += 1  # an answer or an event: the next answer shows which

@@ -83,7 +83,7 @@ class BoardClock:
         self._trips.append(received_ns - sent_ns)
         self.worst_round_trip_ns = max(self.worst_round_trip_ns, received_ns - sent_ns)
         if self.known:
-            expected = self._at((sent_ns + received_ns) // 2)
+            expected = self.ticks((sent_ns + received_ns) // 2)
             unwrapped = _nearest(tick, expected)  # the silence may have been long
             apart = JUMP_S + (received_ns - sent_ns + (received_ns - self._noted_ns) * WIDEST_PPM / 1e6) / 1e9
             if abs(unwrapped - expected) > apart * self.hz:
@@ -121,9 +121,9 @@ class BoardClock:
     def _drawn(self) -> bool:
         """Calculate the line of ticks against host time; return whether any line satisfies all bounds."""
         rows = np.array([(each.early, each.above, each.late, each.below) for each in self._bounds], dtype=np.int64)
-        early, late = (rows[:, at].astype(np.float64) for at in (0, 2))
-        early, late = early - self._origin, late - self._origin
-        above, below = rows[:, 1] - self._first, rows[:, 3] - self._first
+        early, above, late, below = rows.T
+        early, late = early.astype(np.float64) - self._origin, late.astype(np.float64) - self._origin
+        above, below = above - self._first, below - self._first
         newest = self._bounds[-1]
         if newest.start - self._bounds[0].start < SOON or newest.late == newest.start:
             apart = late[None, :] - early[:, None]
@@ -143,13 +143,10 @@ class BoardClock:
         return _nearest(tick, self._newest)
 
     # --------------------------------------------------------------------------------------------------- present time
-    def _at(self, now_ns: int) -> int:
-        return round(self._tick + (now_ns - self._origin) * self._rate)
-
     def ticks(self, now_ns: int) -> int:
         """Return the board tick at an instant of host time (ns); it never decreases, and is 0 while unknown."""
         if self.known:
-            self._last = max(self._last, self._at(now_ns))
+            self._last = max(self._last, round(self._tick + (now_ns - self._origin) * self._rate))
         return self._last
 
     def at_ns(self, tick: int) -> int:

@@ -8,7 +8,6 @@ zero more, or one less.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import NamedTuple
 
 LONGEST_CHUNK = 80  # encoded bytes without the zero; a longer one is damaged
@@ -53,7 +52,7 @@ def stuff(data: bytes) -> bytes:
 
     No frame is longer than 253 bytes before it is encoded.
     """
-    return b"".join(bytes((len(part) + 1,)) + part for part in data.split(b"\0"))
+    return b"".join([bytes((len(part) + 1,)) + part for part in data.split(b"\0")])
 
 
 def unstuff(chunk: bytes) -> bytes | None:
@@ -97,17 +96,16 @@ class Decoder:
     def __init__(self) -> None:
         self._chunk = bytearray()
 
-    def feed(self, data: bytes) -> Iterator[Frame | Damaged]:
-        """Yield the frames and damaged chunks that these bytes complete; empty chunks are skipped.
-
-        The caller must exhaust the iterator; otherwise the remaining bytes are lost.
-        """
+    def feed(self, data: bytes) -> list[Frame | Damaged]:
+        """Return the frames and damaged chunks that these bytes complete; empty chunks are skipped."""
+        found = []
         *ends, rest = data.split(b"\0")
         for end in ends:
             self._chunk += end[: LONGEST_CHUNK + 1]
             chunk = bytes(self._chunk)
             self._chunk.clear()
             if chunk:
-                yield decode(chunk)
+                found.append(decode(chunk))
         self._chunk += rest
         del self._chunk[LONGEST_CHUNK + 1 :]
+        return found

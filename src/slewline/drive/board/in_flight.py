@@ -78,10 +78,9 @@ class EventOrder:
 
         `in_flight` has the numbers of the events for which a request is pending; a time of 0 means "now".
         """
-        count = (self._known - self._next) % 256
-        numbers = ((self._next + more) % 256 for more in range(count))
-        return [
-            (number, self.asked.get(number, 0))
-            for number in numbers
-            if number not in self._early and number not in in_flight
-        ]
+        found, number = [], self._next
+        while number != self._known:
+            if number not in self._early and number not in in_flight:
+                found.append((number, self.asked.get(number, 0)))
+            number = (number + 1) % 256
+        return found

@@ -32,9 +32,8 @@ class TwinPort:
         self._decoder = Decoder()
 
     def _present(self) -> int:
-        """Run the board up to the present, and return its tick."""
+        """Run the board and its main loop up to the present, and return its tick."""
         tick = (self.clock() - self.began_ns) * self.model.hz // 10**9
-        self.twin.run(tick)
         self.twin.look_for_silence(tick)
         for past in (self.twin.steps, self.twin.pulses, self.twin.phases, self.twin.outputs, self.twin.enable):
             if len(past) > 2 * KEPT_STEPS:

@@ -101,10 +101,11 @@ class BoardTwin(MovingTwin):
 
     def brake_if_silent(self, tick: int) -> None:
         """Brake a motion if the last check found that the host was silent."""
-        self.run(tick)
-        if self._silent and self.state == RUN:
-            self._brake(Happening.WATCHDOG, HOST, tick)
-            self._show(tick)
+        if self._silent:
+            self.run(tick)
+            if self.state == RUN:
+                self._brake(Happening.WATCHDOG, HOST, tick)
+                self._show(tick)
 
     def checked(self, counted: int, right: bool, tick: int) -> None:
         """End a self-test in which `counted` pulses came back; `right`: True if that is the number sent."""

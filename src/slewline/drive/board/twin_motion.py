@@ -252,15 +252,13 @@ class MovingTwin:
     # ------------------------------------------------------------------------------------------------------- inputs
     def _active(self) -> list[int]:
         """Return the numbers of the inputs that are active."""
-        return [number for number in range(wire.INPUTS) if self._is_active(number)]
+        levels = ~(self.inputs ^ self.config.active)
+        return [number for number in range(wire.INPUTS) if levels >> number & 1]
 
     @property
     def estop(self) -> bool:
         """True while an emergency stop input is active."""
         return any(self._is(Reflex.ESTOP, each) for each in self._active())
-
-    def _is_active(self, number: int) -> bool:
-        return not (self.inputs ^ self.config.active) >> number & 1
 
     def _is(self, reflex: Reflex, number: int) -> bool:
         return self.config.reflex[number] & 15 == reflex
@@ -274,7 +272,7 @@ class MovingTwin:
     def _edge(self, number: int, tick: int) -> None:
         if self.state == BOOT:
             return
-        if self._is_active(number):
+        if number in self._active():
             self._active_edge(number, tick)
 
     def _active_edge(self, number: int, tick: int, *, starting: bool = False) -> None:
@@ -300,7 +298,7 @@ class MovingTwin:
     def _show(self, tick: int) -> None:
         """Update the pins: outputs, lamps and ENABLE."""
         config, (outputs, level) = self.config, self._shown
-        fault, power = (1 << number >> 1 for number in (config.fault_output, config.power_output))
+        fault, power = 1 << config.fault_output >> 1, 1 << config.power_output >> 1
         output = self.output & ~(fault | power) | fault * (self.state in (HALT, BOOT)) | power * self.power.on
         now = int(self.power.on) ^ config.polarity >> 1 if config.driver & DriverFlag.ENABLE else None
         if output != outputs:

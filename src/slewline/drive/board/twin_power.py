@@ -41,13 +41,8 @@ class TwinPower:
 
     def flags(self, estop: bool) -> int:
         """Return the flags for ANSWER; `estop`: an emergency stop is active."""
-        flags = (
-            (PowerFlag.ENERGISED, self.on),
-            (PowerFlag.ESTOP, estop),
-            (PowerFlag.UNSURE, self.unsure),
-            (PowerFlag.LOCKED, self.locked),
-        )
-        return sum(flag for flag, is_set in flags if is_set)
+        unsure, locked = PowerFlag.UNSURE * self.unsure, PowerFlag.LOCKED * self.locked
+        return PowerFlag.ENERGISED * self.on | PowerFlag.ESTOP * estop | unsure | locked
 
     def may_switch(self, mask: int, value: int, state: BoardState, config: BoardConfig, estop: bool) -> bool:
         """Return whether a board accepts the ENABLE bit of an OUTPUTS frame; True if the frame does not change it."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import IntEnum, IntFlag
+from enum import IntEnum
 from struct import Struct
 from typing import NamedTuple
 
@@ -107,7 +107,7 @@ class Reflex(IntEnum):
     DOWNWARDS = 32
 
 
-class DriverFlag(IntFlag):
+class DriverFlag(IntEnum):
     """Properties of the driver.
 
     ENABLE: the ENABLE input is wired, and its active level is known.  DRY: this is a dry run, without edges
@@ -126,7 +126,7 @@ class EnableOff(IntEnum):
     REST = 2
 
 
-class ResetFlag(IntFlag):
+class ResetFlag(IntEnum):
     """Flags of RESET.
 
     POSITION: the frame sets the count.  KNOWN: the count is the motor's position.  POWER: the driver may be
@@ -138,7 +138,7 @@ class ResetFlag(IntFlag):
     POWER = 4
 
 
-class PowerFlag(IntFlag):
+class PowerFlag(IntEnum):
     """Flags of ANSWER that describe the driver.
 
     UNSURE: the count may differ from the motor's position, after steps without current, a stop without a

@@ -32,10 +32,10 @@ class SentBytes(NamedTuple):
 class Leaving:
     """Bytes on their way to the host; `left` is True once they have been delivered, `void` once withdrawn."""
 
-    __slots__ = ("left", "sent", "void")
+    __slots__ = ("data", "left", "ps", "to", "void")
 
-    def __init__(self, sent: SentBytes, left: bool = False) -> None:
-        self.sent, self.left, self.void = sent, left, False
+    def __init__(self, ps: int, data: bytes, to: object, left: bool = False) -> None:
+        self.ps, self.data, self.to, self.left, self.void = ps, data, to, left, False
 
 
 class Outlet:
@@ -55,7 +55,7 @@ class Outlet:
 
     def send(self, data: bytes, at_ps: int, to: object = None) -> None:
         """Deliver bytes that ended at `at_ps`: immediately or, if there is a gate, when the gate lets them out."""
-        leaving = Leaving(SentBytes(at_ps, data, to))
+        leaving = Leaving(at_ps, data, to)
         if self.since_ps is not None:
             self.log.append(leaving)
         if self.gate is None:
@@ -72,7 +72,7 @@ class Outlet:
     def _leave(self, leaving: Leaving) -> None:
         if not leaving.void:
             leaving.left = True
-            self.deliver(leaving.sent.data, leaving.sent.to)
+            self.deliver(leaving.data, leaving.to)
 
     def remember(self, now_ps: int) -> None:
         """Start a record of all data sent after `now_ps`, unless there is a record already."""
@@ -83,7 +83,7 @@ class Outlet:
         """Discard the record of data delivered up to an instant (ps): no run will go back to an earlier instant."""
         if self.since_ps is not None and before_ps > self.since_ps:
             self.since_ps = before_ps
-            while self.log and self.log[0].left and self.log[0].sent.ps <= before_ps:
+            while self.log and self.log[0].left and self.log[0].ps <= before_ps:
                 self.log.popleft()
 
     def resend(self, outputs: Iterable[SentBytes]) -> bytes:
@@ -96,13 +96,13 @@ class Outlet:
             The bytes already delivered that the new run does not send: they cannot be withdrawn.
         """
         since = -1 if self.since_ps is None else self.since_ps
-        before = [each for each in self.log if each.sent.ps > since]
-        seen = b"".join(each.sent.data for each in before if each.left)
+        before = [each for each in self.log if each.ps > since]
+        seen = b"".join(each.data for each in before if each.left)
         for each in before:
             if not each.left and not each.void:
                 each.void = True
                 self.waiting -= 1
-        self.log = deque(each for each in self.log if each.sent.ps <= since)
+        self.log = deque(each for each in self.log if each.ps <= since)
         same, agrees = 0, True
         for sent in outputs:
             if sent.ps <= since:
@@ -112,7 +112,7 @@ class Outlet:
                 agrees = same < len(seen) and seen[same] == sent.data[common]
                 same, common = same + agrees, common + agrees
             if common:
-                self.log.append(Leaving(sent._replace(data=sent.data[:common]), True))
+                self.log.append(Leaving(sent.ps, sent.data[:common], sent.to, True))
             if sent.data[common:]:
                 self.send(sent.data[common:], sent.ps, sent.to)
         return seen[same:]

@@ -21,6 +21,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
+from operator import attrgetter
 from time import perf_counter_ns
 from typing import TYPE_CHECKING
 
@@ -37,6 +38,7 @@ NS_PER_S = 10**9
 SLICE_NS = 20_000_000
 LATE_NS = 1_000_000  # an event later than this counts as late
 LOST_NS = NS_PER_S  # a longer lag is skipped
+_limit = attrgetter("limit_ps")
 
 
 @dataclass
@@ -138,7 +140,7 @@ class Pace:
             if kernel.run_while(self._enough, goal):
                 kernel.run(goal)
             self._answer()
-            if kernel.now >= min(whole, self.goal()):
+            if kernel.now >= whole or kernel.now >= self.goal():
                 return True
             if self.clock() >= self.stop_ns:
                 return False
@@ -215,18 +217,18 @@ class Paced(Pace):
 
     def _goal(self) -> int:
         """Return the virtual instant that corresponds to the present instant of the wall clock (ps)."""
-        passed = self.clock() - self.origin_ns
-        return self.origin_ps + passed * PS_PER_NS * self.rate.numerator // self.rate.denominator
+        passed, (virtual, wall) = self.clock() - self.origin_ns, self.rate.as_integer_ratio()
+        return self.origin_ps + passed * PS_PER_NS * virtual // wall
 
     def nanoseconds(self, ps: int) -> int:
         """Return the wall-clock duration in ns that corresponds to a virtual duration in ps, rounded up."""
-        return -(-ps * self.rate.denominator // (PS_PER_NS * self.rate.numerator))
+        virtual, wall = self.rate.as_integer_ratio()
+        return -(-ps * wall // (PS_PER_NS * virtual))
 
     def pass_time(self) -> bool:
         """Run time up to the goal set by the wall clock, for at most one slice; return whether it has been reached."""
         due = self.kernel.next_time()
-        goal = self.goal()
-        if due is not None and due <= goal and not self.paused:
+        if due is not None and not self.paused and due <= (goal := self.goal()):
             lag_ns = self.nanoseconds(goal - due)
             self.lag.note(lag_ns)
             if lag_ns > LOST_NS:
@@ -260,7 +262,7 @@ class Lockstep(Pace):
 
     def _goal(self) -> int:
         """Return the latest limit of the waits (ps), up to which time may run; without waits, the current instant."""
-        return max((wait.limit_ps for wait in self.waits), default=self.kernel.now)
+        return max(map(_limit, self.waits), default=self.kernel.now)
 
     def pause(self) -> float | None:
         """Return None: the loop may sleep until a byte arrives, because only requests of clients let time run."""

@@ -382,12 +382,12 @@ class ConnectorLine(HostLine):
         )
 
     def _character(self, character: Character) -> None:
-        self.port.received.clear()  # an outside host
+        self.uart.discard()  # an outside host has them
         self.coming += 1
-        self.kernel.call_at(character.end_ps, lambda: self._over(character.byte))
+        self.kernel.call_at(character.end_ps, partial(self._over, character.byte))
 
     def _over(self, byte: int) -> None:
-        passed, fault = self.to_host.hit(byte)
+        passed, fault = self.to_host.hit(byte) if self.to_host.plans else (byte, "")
         if fault == "late":
             self.late_ps, fault = self.kernel.now + LATE_PS, ""
         data = b"" if passed is None else bytes([0 if fault else passed])  # a driver replaces a wrong character by NUL

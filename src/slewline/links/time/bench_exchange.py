@@ -39,7 +39,7 @@ class LineTap:
 
     def _character(self, character: Character) -> None:
         if not self.live:
-            self.part.received.clear()  # type: ignore[attr-defined]
+            self.part.uart.discard()  # type: ignore[attr-defined]
             self.sent.append(SentBytes(character.end_ps, bytes([character.byte])))
 
     def done(self, entry: Mapping[str, Any], result: Any) -> None:

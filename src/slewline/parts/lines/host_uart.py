@@ -180,12 +180,9 @@ class HostUart:
     # ----------------------------------------------------------------------------------------------------- receiving
     def listen(self) -> None:
         """Start to receive characters."""
-        self.kernel.spawn(self._receive, name=f"{self.name} receives")
-
-    async def _receive(self) -> None:
         receiver = Receiver(self.rxd.net, self.clock, self.word, self.mark)
         self.receiver = self.on_character.receiver = receiver
-        await receiver.receive(self.take, self.passed, self._acts)
+        self.kernel.spawn(receiver.receive, self.take, self.passed, self._acts, name=f"{self.name} receives")
 
     def catch_up(self) -> None:
         """Receive the characters that have arrived so far, but have been held back to be processed together."""
@@ -218,9 +215,13 @@ class HostUart:
     def take(self, character: Character) -> None:
         """Receive one character."""
         self._received.append(character.byte)
-        self.faulty += not character.good
+        self.faulty += character.parity_wrong or character.framing_wrong
         if self.on_character.listeners:
             self.on_character(character)
+
+    def discard(self) -> None:
+        """Discard the characters received: a listener has taken them, one by one."""
+        self._received.clear()
 
     def got(self, data: Data) -> Condition:
         """Return a condition for `bench.run_until`: these bytes have been received, consecutively."""

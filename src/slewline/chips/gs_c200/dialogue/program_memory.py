@@ -79,8 +79,9 @@ class Program:
         data, at = bytes(self.memory), 0
         while at < len(data):
             row = self.by_code[data[at]]
-            yield at, row, row.unpack(data[at + 1 : at + row.size], data[at])
-            at += row.size
+            end = at + row.size
+            yield at, row, row.unpack(data[at + 1 : end], data[at])
+            at = end
 
     @property
     def homing_speed(self) -> int:
