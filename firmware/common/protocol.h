@@ -73,7 +73,7 @@
 #define REFLEX_UPWARDS 16
 #define REFLEX_DOWNWARDS 32
 
-/* Properties of the driver; ENABLE: wired, with known active level; DRY: a dry run (no edges on STEP). */
+/* Properties of the driver. */
 #define DRIVER_ENABLE 1
 #define DRIVER_DRY 2
 
@@ -82,7 +82,7 @@
 #define OFF_HALT 1
 #define OFF_REST 2
 
-/* Flags of RESET; POSITION: set the count; KNOWN: the count is the motor's position; POWER: allow power. */
+/* Flags of RESET. */
 #define RESET_POSITION 1
 #define RESET_KNOWN 2
 #define RESET_POWER 4
