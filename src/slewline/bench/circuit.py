@@ -359,8 +359,7 @@ class Circuit:
     def forget(self) -> None:
         """Drop data that is too old to be kept.
 
-        A moving axis drops its past itself.  An axis at rest needs this call: turning its encoder, or loading a
-        register, still adds to its past.
+        A moving axis does so by itself; an axis at rest, whose encoder may turn or register be loaded, needs this call.
         """
         if self.keep_ps is None:
             return

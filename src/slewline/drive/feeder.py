@@ -52,16 +52,12 @@ class RecordSink(Protocol):
 
 
 class PlannedSteps(NamedTuple):
-    """Steps in one direction, at instants in 1/65536 tick.
-
-    `ramp_left` is the number of steps in a stop ramp that starts at the first of these steps; -1 if it is
-    unknown.  For each further step, the number changes by `slope`: -1, 0 or 1.
-    """
+    """Steps in one direction, at instants in 1/65536 tick."""
 
     flags: int
     ticks16: NDArray[np.int64]
-    ramp_left: int
-    slope: int
+    ramp_left: int  # the number of steps in a stop ramp that starts at the first of these steps; -1: unknown
+    slope: int  # the change of this number for each further step: -1, 0 or 1
 
 
 class PlannedOutput(NamedTuple):
@@ -82,11 +78,9 @@ class Feeder:
         ticks: the conversion of instants into ticks.
         horizon: the delay, in ticks, from a step of the model to the same step of the motor.
         shortest: the minimum interval between two steps, in ticks.
-        put: called with each output change that occurs at rest, or between two steps so close together that
-            there is no room for a pause.
+        put: called with each output change that occurs at rest, or between two steps too close for a pause.
         half: a function that returns whether the chip makes half steps now.
-        ramps: a function that divides a range of steps of a motion into pieces (`RampPiece`).  A piece
-            states, for each of its steps, the length of a stop ramp that starts at that step.
+        ramps: a function that divides a range of steps into pieces (`RampPiece`) that state each step's stop ramp.
         wake: called before a motion is started.
     """
 
@@ -219,10 +213,7 @@ class Feeder:
         self.stopped = False
 
     def resume(self, since_ps: int) -> None:
-        """Queue the model's steps from an instant (ps) on.
-
-        The instant is in the past if the model has switched to another run.
-        """
+        """Queue the model's steps from an instant (ps) on: a past one if the model has switched to another run."""
         self._changes.clear()
         self.stopped, self.lost, self.taken_ps = False, 0, since_ps
 
@@ -285,10 +276,7 @@ class Feeder:
                 self._fit(part)
 
     def _begin(self, ticks16: NDArray[np.int64]) -> None:
-        """Start the board, or continue after a rest.
-
-        The interval before the first step is as long as the one after it, within limits.
-        """
+        """Start the board, or continue after a rest; the first interval is as long as the second, within limits."""
         first = int(ticks16[0])
         interval = int(ticks16[1]) - first if len(ticks16) > 1 else FIRST_INTERVAL_TICKS << 16
         self.first_interval16 = interval if len(ticks16) > 1 else 0
@@ -338,10 +326,7 @@ class Feeder:
         self._open = steps[len(steps) - self._record.count :]
 
     def _queue_output(self, output: PlannedOutput) -> bool:
-        """Queue an output change in a pause, or pass it to `put`; return whether this was possible.
-
-        It is not possible yet while the next step is unknown and may come before the change.
-        """
+        """Queue an output change in a pause, or pass it to `put`; return False while an unknown step may precede it."""
         if not self.running:
             self._put(output)
             return True

@@ -62,14 +62,12 @@ class Drive:
         axis: the number of the axis, counted from 1.
         enable: switch on the driver, which must then be named; without it the drive is a dry run: the board
             counts the steps, and STEP has no edges.
-        pulses: output edges on STEP in a dry run too; a driver whose ENABLE is not wired then moves the
-            motor.
+        pulses: output edges on STEP in a dry run too; a driver whose ENABLE is not wired then moves the motor.
         enable_off: when the board switches the driver off by itself, after `enable_hold`: "rest", whenever
             the motor is at rest; "halt", after a halt, and at rest if the host is silent; "never".  An
             emergency stop always switches it off, immediately; the end of a session does so when the motor
             is at rest, unless this is "never".
-        enable_hold: how long the driver stays on in these cases, up to 268 s; with "rest" at least the
-            horizon.
+        enable_hold: how long the driver stays on in these cases, up to 268 s; with "rest" at least the horizon.
         stop: how the chip is stopped when the board has stopped by itself: "abort", "kill" (K of a GS-C),
             "reset" or "power"; by default the first of these that the chip has.
         start_stop: the highest rate from which the motor can stop without a ramp, such as "500 steps/s"; by
@@ -316,10 +314,7 @@ class Drive:
         return self._live.due()
 
     def gate(self, call: Callable[[], object], ps: int) -> None:
-        """Make a call one horizon after an instant of the model (ps).
-
-        If no steps or calls are pending, it is made immediately.
-        """
+        """Make a call one horizon after an instant of the model (ps); if no steps or calls are pending, immediately."""
         self._path.gate(call, ps)
 
     def run(self, duration: Time) -> None:

@@ -134,13 +134,7 @@ class Kernel:
 
     # ------------------------------------------------------------------------------------------------- scheduling
     def spawn(self, function: Callable[[*Args], Coroutine[Any, Any, None]], *args: *Args, name: str) -> Task:
-        """Start a task, which runs a coroutine function from the next round on; return the task.
-
-        Args:
-            function: the coroutine function, called with `args`.
-            args: its arguments.
-            name: the name of the task, for messages.
-        """
+        """Start a task that calls a coroutine function with `args` in the next round; `name` is for messages."""
         task = Task(partial(function, *args) if args else function, name)
         self.woken.append(task)
         return task
@@ -172,10 +166,7 @@ class Kernel:
         return heap[0][0] if heap else None
 
     def pass_to(self, ps: int) -> bool:
-        """Advance to a later instant (ps) and return True; return False if other work is due by then.
-
-        If the result is False, the task must wait for the instant in the usual way.
-        """
+        """Advance to a later instant (ps) and return True; return False if a wait is needed, as other work is due."""
         heap = self.heap
         if not self.sole or self.pending or self.woken or ps > self.horizon or (heap and heap[0][0] <= ps):
             return False

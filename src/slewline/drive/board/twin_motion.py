@@ -1,7 +1,7 @@
 r"""The step-by-step motion of a board: records, brake and tail, reflexes and outputs, and their events.
 
-When a board brakes, it first makes the step that is already scheduled (after an underrun there is none).
-If the following step is less than 640 ticks later, the board makes this step, too.  Then it makes the
+When a board brakes, it first sends the step that is already scheduled (after an underrun there is none).
+If the following step is less than 640 ticks later, the board sends this step, too.  Then it sends the
 tail: steps from the table that the host sent last.  The number of tail steps, and the first entry used,
 follow from the record of the scheduled step, if that record has WAY (RAMP_LEFT in records.py).  WAY is
 the number of steps in the stop ramp; it changes by -1, 0 or 1 with each step.  So a board ramps down

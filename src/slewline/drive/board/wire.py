@@ -108,14 +108,10 @@ class Reflex(IntEnum):
 
 
 class DriverFlag(IntEnum):
-    """Properties of the driver.
+    """Properties of the driver."""
 
-    ENABLE: the ENABLE input is wired, and its active level is known.  DRY: this is a dry run, without edges
-    on STEP.
-    """
-
-    ENABLE = 1
-    DRY = 2
+    ENABLE = 1  # the ENABLE input is wired, and its active level is known
+    DRY = 2  # this is a dry run, without edges on STEP
 
 
 class EnableOff(IntEnum):
@@ -127,29 +123,22 @@ class EnableOff(IntEnum):
 
 
 class ResetFlag(IntEnum):
-    """Flags of RESET.
+    """Flags of RESET."""
 
-    POSITION: the frame sets the count.  KNOWN: the count is the motor's position.  POWER: the driver may be
-    switched on again.
-    """
-
-    POSITION = 1
-    KNOWN = 2
-    POWER = 4
+    POSITION = 1  # the frame sets the count
+    KNOWN = 2  # the count is the motor's position
+    POWER = 4  # the driver may be switched on again
 
 
 class PowerFlag(IntEnum):
-    """Flags of ANSWER that describe the driver.
-
-    UNSURE: the count may differ from the motor's position, after steps without current, a stop without a
-    ramp, or a switch-off by the board itself.  LOCKED: the driver cannot be switched on until a RESET
-    unlocks it; it is locked at power-up, and when the board itself switches it off.
-    """
+    """Flags of ANSWER that describe the driver."""
 
     ENERGISED = 1
     ESTOP = 2
+    # The count may differ from the motor's position, after steps without current, a stop without a ramp, or a
+    # switch-off by the board itself.
     UNSURE = 4
-    LOCKED = 8
+    LOCKED = 8  # from power-up, or a switch-off by the board, the driver cannot be switched on until a RESET unlocks it
 
 
 class Answer(NamedTuple):
@@ -169,16 +158,11 @@ class Answer(NamedTuple):
 
 
 class BoardEvent(NamedTuple):
-    """An event on a board.
+    """An event on a board."""
 
-    Attributes:
-        number: the number of the event, counted from power-up.
-        which: the number of the input that caused the event; 255 if no input did.
-    """
-
-    number: int
+    number: int  # counted from power-up
     kind: int
-    which: int
+    which: int  # the number of the input that caused the event; 255 if no input did
     state: int
     inputs: int
     position: int
@@ -186,24 +170,16 @@ class BoardEvent(NamedTuple):
 
 
 class Ident(NamedTuple):
-    """The properties of a board.
-
-    Attributes:
-        slots: the number of records that its queue holds.
-        tail: the number of entries that its stop ramp holds.
-        room: the maximum total length of unanswered frames, in bytes.
-        shortest: the shortest interval between steps, in ticks.
-        hz: the number of ticks per second.
-    """
+    """The properties of a board."""
 
     wanted: int
     version: int
     board: int
-    slots: int
-    tail: int
-    room: int
-    shortest: int
-    hz: int
+    slots: int  # the number of records that its queue holds
+    tail: int  # the number of entries that its stop ramp holds
+    room: int  # the maximum total length of unanswered frames, in bytes
+    shortest: int  # the shortest interval between steps, in ticks
+    hz: int  # the number of ticks per second
 
 
 _ANSWER, _EVENT, _IDENT = Struct("<BBBBBBBBiI"), Struct("<BBBBiI"), Struct("<BBBBBHI")
@@ -402,12 +378,7 @@ def tail_entries(payload: bytes) -> tuple[int, list[tuple[int, int]]] | None:
 
 
 def reset_payload(position: int | None, *, known: bool = False, power: bool = False) -> bytes:
-    """Return the payload of RESET; without a position the board keeps its own count.
-
-    Args:
-        known: True if the count is the position of the motor.
-        power: True if the driver may be switched on again.
-    """
+    """Return the payload of RESET, with flags as in `ResetFlag`; without a position the board keeps its own count."""
     flags = ResetFlag.POSITION * (position is not None) | ResetFlag.KNOWN * known | ResetFlag.POWER * power
     return _RESET.pack(flags, position or 0)
 

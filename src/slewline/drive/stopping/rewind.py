@@ -333,10 +333,7 @@ class Rewind:
         return Rewound(bench, instant, first, missing, rest, is_at_rest)
 
     def _take_at_rest(self, found: Rewound, cause: Cause, now: int, position: int, sign: int) -> str | None:
-        """Take over another run if its chip is at rest by `now`; return "" if so, and None if it is not.
-
-        If the chip is not at rest by then, record the earliest time for another attempt.
-        """
+        """Take over another run and return "" if its chip is at rest by `now`; else note when to retry, return None."""
         if found.rest_ps >= now:
             self.not_before = found.rest_ps + SLICE_PS
             return None

@@ -183,8 +183,8 @@ class StopRamps:
 def is_expressible(plan: Plan, pieces: list[RampPiece], ps: Callable[[int], int]) -> bool:
     """Return whether records can hold the lengths of a plan's stop ramps.
 
-    They cannot if a ramp has too many steps for a record, or if an acceleration has so many levels (rates)
-    of so short a duration that there is no time to send one record for each.
+    They cannot if a ramp has too many steps for a record, or if the rates of an acceleration follow each
+    other too quickly to send one record for each.
     """
     up = plan.legs[0].runs if plan.legs[0].name == "up" else ()
     if any(

@@ -106,10 +106,7 @@ class Decoder(Generic[L_co]):
         return found
 
     def kept(self, data: bytes, at: int, ascii: bool) -> int:
-        """Return the number of bytes, from index `at` on, that neither end a command nor are mistakes.
-
-        These bytes can be passed to `keep` together.
-        """
+        """Return how many bytes, from index `at` on, `keep` may store: they neither end a command nor are mistakes."""
         begin, state, left = at, self._state, len(data) - at
         if self.at_letter:
             row = (self._in_ascii if ascii else self._in_binary).get(data[at])
@@ -159,10 +156,7 @@ class Decoder(Generic[L_co]):
         return None
 
     def _foreign_byte(self, byte: int, ascii: bool, before: TextRow | None) -> None:
-        """Process a byte that is not a command letter, where a command letter is expected.
-
-        `before` is the command directly before the byte, if this command ends without a carriage return.
-        """
+        """Process a byte that is not a command letter; `before`: a command without terminator directly before it."""
         if ascii and byte == CR:
             if before is not None and self.dialect.line_ends:
                 self._note("q-terminated", f"a carriage return after {before.form}, which ends by itself")

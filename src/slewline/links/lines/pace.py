@@ -43,9 +43,9 @@ _limit = attrgetter("limit_ps")
 
 @dataclass
 class Lag:
-    """The lag of virtual time behind the wall clock.
+    """The delays of events: how much later than due, by the wall clock, they come.
 
-    `events` counts all events, and `late` those that came more than 1 ms late.  `worst_ns` is the longest
+    `events` counts all events, and `late` the ones that came more than 1 ms late.  `worst_ns` is the longest
     delay, and `lost_ns` the time skipped.
     """
 

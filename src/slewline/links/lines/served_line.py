@@ -129,10 +129,7 @@ class HostLine:
             self.pace.wait(self.wait)
 
     def _all_quiet(self) -> bool:
-        """Return whether this line, and all other lines to its chips, are quiet.
-
-        The commands on this line may cause answers on the other lines.
-        """
+        """Return whether this line is quiet, and all other lines to its chips, where its commands may cause answers."""
         return self.quiet() and all(line.quiet() for line in self.beside)
 
     def when_answered(self, call: Callable[[], object]) -> None:

@@ -1,10 +1,8 @@
 """A motor with its driver and its load: the law by which a shaft follows its commands, or loses steps.
 
-A command is a position at which the driver holds the rotor.  Commands are numbered up and down from 0,
-with `micro` commands per full step.  Two phases are on at command 0, except in a wave drive.
-
-`table` holds the set points of the driver: for each current level, one row for every command of an
-electrical turn, which has `cycle` commands.
+A command is a position at which the driver holds the rotor.  Commands are numbered up and down from 0, with `micro`
+commands per full step.  Two phases are on at command 0, except in a wave drive.  `table` holds the set points of the
+driver: for each current level, one row for every command of an electrical turn, which has `cycle` commands.
 """
 
 from __future__ import annotations
@@ -61,16 +59,12 @@ class MotorLaw:
 
     Args:
         motor, driver, load: the data of each.
-        steps: the step mode: "full" (two phases on), "wave" (one phase on), "half", or "micro 8" (8 per full
-            step).
-        step_ps: the grid step, ps; 0: 20 µs, or 1 µs for a switching chopper.  The grid restarts at each
-            edge.
+        steps: the step mode: "full" (two phases on), "wave" (one phase on), "half", or "micro 8" (8 per full step).
+        step_ps: the grid step, ps; 0: 20 µs, or 1 µs for a switching chopper.  The grid restarts at each edge.
         blocked: whether the rotor is blocked.
         phased: whether the inputs are phases, not steps; `steps` is then "half", and the table has a row per
-            combination of phases, numbered by a sum: 1 if phase 1 is on, 2 if phase 2 is on, 4 for
-            phase 3 ...
-        origin: if `phased`, the position of command 0, in half steps from the position that `fields` counts
-            as 0.
+            combination of phases, numbered by a sum: 1 if phase 1 is on, 2 if phase 2 is on, 4 for phase 3 ...
+        origin: if `phased`, the position of command 0, in half steps from the position that `fields` counts as 0.
         restless: whether to integrate also at rest, to include the chopper ripple.
 
     Raises:
@@ -243,9 +237,8 @@ class MotorLaw:
     def fields(self) -> tuple[int | None, ...]:
         """The command, 0 to `cycle` - 1, for each combination of phases; None if there is no field.
 
-        The index is the combination: bit 0 is set if phase 1 is on, bit 1 if phase 2 is on ...
-        With two windings, phases 1 and 2 are the ends of one winding, 3 and 4 those of the other; command 0
-        corresponds to phases 1 and 3 being on.
+        The index is the combination: bit 0 is set if phase 1 is on, bit 1 if phase 2 is on ...  With two windings,
+        phases 1 and 2 are the ends of one, 3 and 4 those of the other; at command 0, phases 1 and 3 are on.
         """
         found: list[int | None] = []
         for bits in range(1 << self.period):
@@ -277,10 +270,9 @@ class MotorLaw:
 
     # ------------------------------------------------------------------------------------------------------ to and from
     def at_rest(self, command: int = 0, level: str = "slew", code: int | None = None) -> tuple[float, ...]:
-        """Return the state of the motor at rest at the position of `command`.
+        """Return the state of the motor at rest at the position of `command`, with settled currents.
 
-        The currents have settled at the set points of table row `code`; None: the row of `command` at the
-        current level `level`.
+        The set points are those of row `code` of `table`; None: the row of `command` at the current level `level`.
         """
         row = self.table[self.code(command, level) if code is None else code]
         place = command / self.micro * self.motor.step
@@ -347,14 +339,12 @@ class MotorLaw:
             commands: the command in force from each instant, (n,) int64, counted from command 0.
             start, stop: the first and the last instant, ps.
             codes: the table row for each command, (n,) int64; by default the row of the command at level "slew".
-            state, command, code: the state, command and row at `start`; by default the rotor rests at the
-                position of `command`.
+            state, command, code: the state, command and row at `start`; by default the rotor rests at `command`.
             limit: the distance of the rotor from its command, in full steps, beyond which the integration ends.
             engine: "python" or "numba"; None: Numba for long runs, if it is installed.
 
         Raises:
-            UsageError: the instants are not in ascending order or do not match the commands, or the engine is
-                unknown or not installed.
+            UsageError: the instants are not ascending or not one per command; the engine is unknown or not installed.
         """
         import numpy as np
 

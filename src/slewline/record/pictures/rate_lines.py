@@ -63,8 +63,7 @@ def draw_rates(
 ) -> None:
     """Draw a dashed line at each rate while it was in force.
 
-    `beside`: whether the name of a rate is written next to the panel; if not, it is written above the line
-    of the rate.
+    If the last argument is True, the name of a rate is written next to the panel, otherwise above its line.
     """
     import numpy as np
 

@@ -55,7 +55,7 @@ class Feedback:
     def errors_coming(self, n: int, window: CountWindow) -> NDArray[np.int64]:
         """Return the position errors that `read` will compute in the cycles after `n`, within the window: int64.
 
-        `n` is the last cycle that was read.  The errors are those that result if the present run lasts for the
+        `n` is the last cycle that was read.  The errors are valid if the present run lasts for the
         whole window.  If it ends earlier, they are wrong from that point on, but the axis is processed when a
         run ends in any case.
         """

@@ -83,10 +83,7 @@ class Cycles:
 
 # --------------------------------------------------------------------------------------------------------------- laws
 class Law(Protocol):
-    """A law of motion: it gives the distance covered before each cycle, which is 0 before cycle 0.
-
-    In each cycle the distance grows by a displacement of 0 to 512 steps.
-    """
+    """A law of motion: the distance covered, 0 before cycle 0, grows by a displacement of 0 to 512 steps per cycle."""
 
     @property
     def steady(self) -> int:
@@ -103,10 +100,7 @@ class Law(Protocol):
         """Return the distances covered before cycles `i`, in any order, in 1/65536 step: int64, shaped like `i`."""
 
     def velocity(self, i: int) -> int:
-        """Return the velocity in cycle i, in 1/65536 step per cycle.
-
-        In an S-curve it is not affected by the rounding of the displacements, so it changes evenly.
-        """
+        """Return the velocity in cycle i, in 1/65536 step per cycle, not affected by rounding of the displacements."""
 
     def velocities(self, i: NDArray[np.int64]) -> NDArray[np.int64]:
         """Return the velocities in the cycles `i`, in any order, in 1/65536 step per cycle: int64, shaped like `i`."""
@@ -279,14 +273,12 @@ class CycleTrain(Train):
     def _parts(self, first: int, out: NDArray[np.int64]) -> Iterator[tuple[int, NDArray[np.int64]]]:
         """Fill `out` with the start ticks of the steps from step `first` on, and yield it in parts.
 
-        Each part comes with its origin, from which its ticks are counted.  Step m of a part, counted from 1,
-        begins on tick ceil(x), where x = m * scale + rest.  Both scale and rest are fractions with the
-        denominator d, the displacement of the step's cycle; so x is a multiple of 1/d.
-
-        Therefore ceil(x) is the integer nearest to y = x + 1/2 - 1/(2d), and y is at most 1/2 - 1/(2d) from it.
-        So y may be computed in floats, if the rounding error is less than 1/(2d).  This is so: m * scale and
-        rest are at most 2^45/d each, and rest may also contain up to 2^23 whole ticks, so the error is less than
-        2^-6/d + 2^-28.
+        Each part comes with its origin, from which its ticks are counted.  Step m of a part, counted from 1, begins on
+        tick ceil(x), where x = m * scale + rest.  Both scale and rest are fractions with the denominator d, the
+        displacement of the step's cycle; so x is a multiple of 1/d.  Therefore ceil(x) is the integer nearest to
+        y = x + 1/2 - 1/(2d), and y is at most 1/2 - 1/(2d) from it.  So y may be computed in floats, if the rounding
+        error is less than 1/(2d).  This is so: m * scale and rest are at most 2^45/d each, and rest may also contain
+        up to 2^23 whole ticks, so the error is less than 2^-6/d + 2^-28.
 
         Everything is done in place, because allocating memory for another array takes longer than filling it.
         """
@@ -307,10 +299,7 @@ class CycleTrain(Train):
             yield since, part
 
     def _steady(self, first: int, last: int) -> Iterator[tuple[int, int, Any, Any, None]]:
-        """Yield the parts at constant speed as (number of steps, origin, scale, rest, None), for `_parts`.
-
-        All steps of a part have the same scale and the same rest.
-        """
+        """Yield the parts at constant speed: (number of steps, origin, scale and rest of all these steps, None)."""
         speed = self.law.steady
         for a in range(first, last, BLOCK):
             since, rest = divmod((a * self.unit - self.lead) * self.cycle, speed)
