@@ -42,7 +42,7 @@ def steps_a_second(rate: str | int) -> int:
 
 
 def exchanged(name: str, wired: str, names: Iterable[str]) -> str:
-    """Return the remedy, for the end of a message, if the user has swapped a board pin and a chip pin; else ""."""
+    """Return a remedy to append to a message if the user has swapped a board pin and a chip pin; else ""."""
     return f"; the pin of the board comes first: {wired}={name}" if str(wired).upper() in names else ""
 
 

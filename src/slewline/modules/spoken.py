@@ -168,7 +168,7 @@ class Speech:
         return LONGEST
 
     def seconds(self, characters: int, silence: float) -> float:
-        """Return the time limit (s) for an exchange, which ends the exchange even if characters still arrive.
+        """Return the time limit (s) for an exchange: the exchange then ends, even if characters still arrive.
 
         Args:
             characters: the maximum number of characters in both directions together.

@@ -327,7 +327,8 @@ class Port:
         """Process a command byte that is not a command of this part."""
         if code in self.codes.illegal:
             self.chip.finding(
-                "illegal-command", f"{code:02x} is not a command of the {self.chip.sheet.part}: the checksum is 0"
+                "illegal-command",
+                f"{code:02x} is not a command of the {self.chip.sheet.part}: it is answered with a checksum of 0",
             )
             self.silent, self.answer = True, deque([0])
             return

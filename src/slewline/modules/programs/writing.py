@@ -32,7 +32,7 @@ def write_listed(restore: Restore) -> None:
         except (NoAnswer, DamagedAnswer, ListingDiffers) as failure:
             if not left or (isinstance(failure, NoAnswer) and _is_silent(restore.module)):
                 raise
-            restore.module.transcript.note(f"program entered again: {failure}")
+            restore.module.transcript.note(f"{failure}; the program is entered again")
     _leave(restore)
 
 
