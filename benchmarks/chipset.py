@@ -163,7 +163,7 @@ def asked(name: str, prepare: Callable[[], Callable[[], Ran]], passing: str) -> 
     bound = f"arrays of targets, velocities, instants, phases: {wall / count * 1e9:.0f} ns per cycle"
     yield Row("the same: all cycles", ran.seconds / wall, REAL, 1000, True, bound)
     times, steps = windows(ran)
-    bound = f"{times:.2g} ms to find and expand the instants; directions and positions"
+    bound = f"finding and expanding the instants ({times:.2g} ms), then the directions and positions"
     yield Row("the same: the steps of an axis in any window of 10 ms", steps, "ms", 1, False, bound)
 
 
@@ -308,7 +308,7 @@ def moves() -> list[Row]:
     ):
         pairs = [(moved("CLR_STATUS", settings), moved("UPDATE", settings)) for _ in range(9)]  # by turns
         packets, move = (median(column) for column in zip(*((one, both - one) for one, both in pairs), strict=True))
-        bound = f"{runs}; compared with {packets * 1e6:.0f} µs for two packets"
+        bound = f"{runs}; for comparison: two packets take {packets * 1e6:.0f} µs"
         rows.append(Row(f"a move, {name}: plan and simulate", move * 1e6, "µs", None, False, bound))
     return rows
 

@@ -138,7 +138,7 @@ def rows() -> Iterator[Row]:
             "interrupted integration blocks: each switch stops or reverses the module",
         ),
         ("MC1151A-E with encoder", encoder, 5.0, "an event per count, and the chip computes each cycle"),
-        ("closed loop of figure 19", closed_loop, 2.0, "every step interrupts an integration block"),
+        ("closed loop of figure 19 (GS-C manual)", closed_loop, 2.0, "every step interrupts an integration block"),
     ):
         act()
         speeds = []

@@ -22,8 +22,9 @@ One run of `make bench` on {day}: {processor}, CPython {python}, NumPy {numpy}.
 
 Computing is timed in CPU seconds, with caches emptied between runs; serving is timed by the wall clock. A figure such
 as *9.33 (9.25 to 9.41) x pyvcd* is a ratio, whose two sides are measured alternately: the median of all turns, and the
-range that contains half of them. *x real time* means virtual seconds per CPU second. Bottlenecks of work in Python are
-from a profile of this run. A goal that is met by less than 5 % is *at the limit*. The tables use these terms:
+range that contains half of them. *x real time* means virtual seconds per CPU second. Numbers of calls, and modules with
+their shares of the time, are from a profile of this run. A goal that is met with a margin of less than 5 % is *at the
+limit*. The tables use these terms:
 
 - *bare line*: a picture of one line of 900 points, drawn by matplotlib
 - *p99*: the 99th percentile

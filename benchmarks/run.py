@@ -136,7 +136,7 @@ def beside_c(train: StepTrain, planned: Callable[[], StepTrain]) -> Iterator[Row
         ),
         ("plan and ticks", lambda: planned().ends(), "the same"),
         (
-            "a whole bench, up to the arrays of its steps",
+            "a whole bench, from its creation to the arrays of its steps",
             whole,
             profiled.bound("a whole bench", lambda: whole, 1, "per bench"),
         ),

@@ -10,7 +10,8 @@ import pytest
 
 import slewline
 from slewline.links.clients.control_client import merged
-from slewline.links.lines.pace import Lockstep
+from slewline.links.control import control
+from slewline.links.lines.pace import Lockstep, Paced
 from slewline.links.server import Server
 from slewline.links.views.dialogue_view import Dialogue
 from tests.ensembles import few
@@ -141,3 +142,28 @@ def test_an_entry_that_grows_after_many_others_is_reported():
     found = [(entry["number"], entry["text"]) for entry in dialogue.changed(touched, number)]
     assert found == [(201, "B"), (0, "A\\r")]
     assert [*dialogue.changed(dialogue.touched, dialogue.number)] == []
+
+
+def test_a_view_that_is_older_than_a_stop_is_sent_before_it(client, monkeypatch):
+    """A view is compared in several turns of the loop, and time may pause between two of them."""
+    monkeypatch.setattr(control, "GATHER_S", -1.0)  # one piece of the view in each turn
+    bench = slewline.Bench()
+    bench.add("cy525", name="x")
+    server = Server(bench, Paced(bench))
+    port = server.control("127.0.0.1:0")
+    with Threaded(server) as threaded:
+        ask = Asks(client(port.where))
+        threaded.do(server.pace.pause_time)
+        assert ask("subscribe", every="1000 s")["view"]["pace"]["paused"]
+
+        def stop():
+            (one,) = port.clients
+            server.pace.go()
+            one.notify(one.watching)
+            server.pace.pause_time()
+            server.breakpoints.stopped("a breakpoint")
+
+        threaded.do(stop)
+        older, stopped = ask.answer(), ask.answer()
+        assert older["event"] == "view" and older["view"]["pace"]["paused"] is False
+        assert (stopped["event"], stopped["why"]) == ("stopped", "a breakpoint")

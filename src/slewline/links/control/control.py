@@ -307,6 +307,13 @@ class Client:
             self.event({"event": "view", "view": self.changed})
             self.sent = *self.sent[:2], now_s
 
+    def stopped(self, why: str) -> None:
+        """Send the event that time has paused, after the changes already found, which are older."""
+        if self.changed and self.gathering is not None:
+            self.event({"event": "view", "view": self.changed})
+            self.changed = {}
+        self.event({"event": "stopped", "why": why})
+
     def divert(self, where: str, event: Data) -> None:
         """Send `event`, then route later requests to a branch's control port at the address `where`.
 
