@@ -333,10 +333,14 @@ class Server(Closing):
 
         return [port for port in self.ports if isinstance(port, Control)]
 
-    def _stopped(self, why: str) -> None:
+    def event(self, what: dict[str, Any]) -> None:
+        """Send an event to all subscribed clients of control ports."""
         for control in self.controls():
             for client in control.clients:
-                client.stopped(why)
+                client.event(what)
+
+    def _stopped(self, why: str) -> None:
+        self.event({"event": "stopped", "why": why})
 
     def call(self, function: Callable[[], Any], timeout: float | None = None) -> Any:
         """Call a function in the thread that runs the server, from another thread; return its result.

@@ -307,13 +307,6 @@ class Client:
             self.event({"event": "view", "view": self.changed})
             self.sent = *self.sent[:2], now_s
 
-    def stopped(self, why: str) -> None:
-        """Send the event that time has paused, after the changes already found, which are older."""
-        if self.changed and self.gathering is not None:
-            self.event({"event": "view", "view": self.changed})
-            self.changed = {}
-        self.event({"event": "stopped", "why": why})
-
     def divert(self, where: str, event: Data) -> None:
         """Send `event`, then route later requests to a branch's control port at the address `where`.
 
@@ -334,8 +327,11 @@ class Client:
                 self.beyond = Beyond(self, where)
 
     def event(self, found: Data) -> None:
-        """Send an event, if the client has subscribed."""
+        """Send an event, if the client has subscribed; before a stop, send the older changes already found."""
         if self.every_s and self.stream.open:
+            if found["event"] == "stopped" and self.gathering is not None and self.changed:
+                changed, self.changed = self.changed, {}
+                self.event({"event": "view", "view": changed})
             event = {"event": "", "time_ps": self.server.branches.now_ps} | found
             self.stream.write(json.dumps(event).encode() + b"\n")
 
