@@ -285,7 +285,7 @@ class Flight:
 
 
 def rates(source: Source) -> None:
-    """Report rates that the manual does not state, and first rates at which a motor may stall."""
+    """Report rates that the manual does not list, and values of F, the first rate, at which a motor may stall."""
     for statement in source.statements:
         name = statement.row.name
         if name not in ("RATE", "FIRSTRATE"):

@@ -243,7 +243,7 @@ class Troubles:
         if answer.kind == FrameKind.START and answer.result == FrameResult.LATE:
             self.feeder.restart(self.clock.unwrap(answer.tick) + state.horizon // 2)
             self.report(
-                "late-start", "the host was too late to start a motion: the motor completes the whole motion, but late"
+                "late-start", "the host started a motion too late: the motor makes the whole motion, but later"
             )
             return
         energised = answer.flags & PowerFlag.ENERGISED

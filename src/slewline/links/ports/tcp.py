@@ -221,10 +221,10 @@ class Session:
         return True
 
     def shorten(self, excess: int) -> int:
-        """Drop the last `excess` characters that wait for the line, and return the number dropped.
+        """Drop the last `excess` characters that are not transmitted yet, and return the number dropped.
 
-        More are dropped if the rest would end in the middle of a line: the rest then ends with the last complete line,
-        if it contains one.
+        More are dropped if the rest would end in the middle of a line of text: it then ends with the last complete line
+        of text, if it contains one.
         """
         kept = self.characters[: max(len(self.characters) - excess, 0)]
         end = max(kept.rfind(b"\r"), kept.rfind(b"\n")) + 1
