@@ -22,7 +22,7 @@ from typing import Any, Protocol
 
 from ..time.kernel import Task
 from ..time.timebase import Clock
-from .exchange import End, Exchange, Shown
+from .exchange import End, Exchange, PastExchanges, Shown
 from .handshaken_bytes import ByteTimes, HandshakenBytes
 from .net import Driver, Net
 from .past_handshakes import ManyCommands, PastHandshakes
@@ -189,7 +189,7 @@ class Handshakes(Exchange):
             self.kernel.wake(sender)
 
     def past(self, net: Net, shown: Sequence[Shown]) -> Promise:
-        return PastHandshakes(net, shown, self.starts, self.states, self.kind)
+        return PastHandshakes(PastExchanges(net, shown, self.starts, self.states), self.kind)
 
     # ---------------------------------------------------------------------------------------------------- edge by edge
     def _enter(self) -> bool:

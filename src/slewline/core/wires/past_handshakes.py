@@ -16,10 +16,10 @@ from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from .exchange import PastExchanges, Shown
+from ..time.events import When
+from .exchange import PastExchanges
 from .handshaken_bytes import HandshakenBytes
-from .net import Net
-from .wave import FLOATING
+from .wave import FLOATING, Level
 
 if TYPE_CHECKING:
     import numpy as np
@@ -107,25 +107,36 @@ def drawn(kind: Drawn, commands: tuple[HandshakenBytes, ...]) -> ManyCommands:
     return kind(commands)
 
 
-class PastHandshakes(PastExchanges):
+class PastHandshakes:
     """The waveform of a net over consecutive commands, each of which ends before the next begins.
 
     Args:
-        kind: the class that computes the edges of many commands together; for the other arguments, see
-            `PastExchanges`.
+        each: the same commands as `PastExchanges`, which computes the edges of one after another.
+        kind: the class that draws many commands.
     """
 
-    __slots__ = ("kind",)
+    __slots__ = ("each", "kind")
+    until: int | None = None
+    floats = True  # possibly at times, as for `PastExchanges`
 
-    def __init__(self, net: Net, shown: Sequence[Shown], starts: list[int], states: list[Any], kind: Drawn) -> None:
-        super().__init__(net, shown, starts, states)
-        self.kind = kind
+    def __init__(self, each: PastExchanges, kind: Drawn) -> None:
+        self.each, self.kind = each, kind
+
+    def level(self, ps: int) -> Level:
+        """Return the level at an instant (ps), after any edge at that instant."""
+        return self.each.level(ps)
+
+    def after(self, ps: int) -> When:
+        """Return the instant (ps) of the first edge strictly after the instant `ps`; None if there was none."""
+        return self.each.after(ps)
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
-        if len(self.shown) > 1:
-            return super().edges(start, stop)
-        first, over = max(bisect_right(self.starts, start) - 1, 0), max(bisect_right(self.starts, stop), 1)
-        edges: Any = self.shown[0](drawn(self.kind, tuple(self.states[first:over])))
+        """Return the edges in start < t <= stop: instants (ps) and levels, two arrays; for several drivers, two lists."""
+        starts, states, shown = self.each.starts, self.each.states, self.each.shown
+        if len(shown) > 1:
+            return self.each.edges(start, stop)
+        first, over = max(bisect_right(starts, start) - 1, 0), max(bisect_right(starts, stop), 1)
+        edges: Any = shown[0](drawn(self.kind, tuple(states[first:over])))
         times, levels = edges
         window = slice(bisect_right(times, start), bisect_right(times, stop))
         return times[window], levels[window]

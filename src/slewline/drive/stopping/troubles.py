@@ -242,9 +242,7 @@ class Troubles:
         kind = FrameKind(answer.kind).name
         if answer.kind == FrameKind.START and answer.result == FrameResult.LATE:
             self.feeder.restart(self.clock.unwrap(answer.tick) + state.horizon // 2)
-            self.report(
-                "late-start", "the host started a motion too late: the motor makes the whole motion, but later"
-            )
+            self.report("late-start", "the host started a motion too late: the motor makes the whole motion, but later")
             return
         energised = answer.flags & PowerFlag.ENERGISED
         if answer.kind == FrameKind.OUTPUTS and state.enable and not energised:  # before a motion
