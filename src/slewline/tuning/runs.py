@@ -161,7 +161,7 @@ class Runs:
             row.waiting[chain.asks] = []
 
     def _keep(self, chain: _Chain, future: Future[Verdict]) -> None:
-        """Record the verdict that an executor has returned for the next run of a chain."""
+        """Record an executor's verdict on the run of a chain that is judged next."""
         try:
             verdict = future.result()
         except EXECUTORS_FAIL as error:

@@ -211,7 +211,7 @@ NUMBER = "a number ({0}), or text with a unit: {0}, m{0}"
         ("GS-D200, 24 V, 1 A, ramp 2.5 A", "d: 2.5 A per phase; the GS-D200 allows up to 2 A: use a smaller current"),
         ("GS-D200, 24 V, 1.5 A, boost", "d: 2.12 A per phase; the GS-D200 allows up to 2 A: use a smaller current"),
         ("GS-D200, 1 A", f"d: needs supply: {NUMBER.format('V')}"),
-        (3, f"d 3; expected text such as '24 V, 1 A', or a table (keys: like, {TABLE})"),
+        (3, f"d 3; expected text such as '24 V, 1 A', or a table (keys: 'like', {TABLE})"),
         ({}, "d: needs the option kind: current, averaged, chopper, voltage, bilevel"),
         ({"kind": "x"}, "d: kind 'x'; allowed current, averaged, chopper, voltage, bilevel"),
         ({"kind": ["x"]}, "d: kind ['x']; allowed current, averaged, chopper, voltage, bilevel"),

@@ -131,7 +131,7 @@ class PastHandshakes:
         return self.each.after(ps)
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
-        """Return the edges in start < t <= stop: instants (ps) and levels, in arrays or, with several drivers, lists."""
+        """Return the edges in start < t <= stop: times (ps) and levels, in arrays or, with several drivers, lists."""
         starts, states, shown = self.each.starts, self.each.states, self.each.shown
         if len(shown) > 1:
             return self.each.edges(start, stop)

@@ -293,7 +293,7 @@ class BoardConfig:
         if len(self.reflex) != INPUTS or not all(map(_is_reflex, self.reflex)):
             raise UsageError(
                 f"CONFIG: reflex {self.reflex}; expected {INPUTS} numbers, 0 to {Reflex.ESTOP} "
-                "(1 and 2: add 16 for upwards only, 32 for downwards only)"
+                "(to the value 1 or 2, add 16 to react only in upward motion, 32 only in downward motion)"
             )
         if len(self.pattern) != PHASES or not all(0 <= each <= 15 for each in self.pattern):
             raise UsageError(f"CONFIG: pattern {self.pattern}; expected {PHASES} numbers, 0 to 15")

@@ -232,7 +232,7 @@ class TextReader(Reader):
         return False
 
     def shown(self, row: Row, at: int) -> bool:
-        """Read a display command (address, count, data), such as [38H,2,65,66; return whether it can be sent."""
+        """Read a display command (address, count, data), such as `[38H,2,65,66`, and return whether it can be sent."""
         words = BETWEEN.split(self.text[at:].strip().removesuffix("]"))
         numbers = [number(word) for word in words]
         if len(words) < 2 or None in numbers or any(found is not None and found > 0xFF for found in numbers):

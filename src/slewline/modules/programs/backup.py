@@ -313,5 +313,5 @@ def save_beside(
     save(found, contents, report)
     if earlier:
         names = ", ".join(map(str, earlier))
-        report(f"{names}: saved by earlier pushes; {found} may contain an incomplete program, left by one of those")
+        report(f"{names}: saved by earlier pushes, one of which may have left an incomplete program in {found}")
     return found

@@ -224,7 +224,7 @@ def read_driver(value: Any, name: str, motor: MotorData) -> DriverData:
         return value
     if not isinstance(value, (str, Mapping)):
         table = ", ".join(row.name for row in FIGURES)
-        raise UsageError(f"{name} {value!r}; expected text such as {EXAMPLES[0]!r}, or a table (keys: like, {table})")
+        raise UsageError(f"{name} {value!r}; expected text such as {EXAMPLES[0]!r}, or a table (keys: 'like', {table})")
     given = _of_text(value, name, motor) if isinstance(value, str) else dict(value)
     given = {each: of for each, of in given.items() if of is not None}
     rows: Sequence[Option] = FIGURES
