@@ -245,6 +245,8 @@ class Handshakes(Exchange):
     def _left(self, seen: int) -> None:
         """After a withdrawal, make the chip's outputs change as is due now, and end any INSTROBE pulse in progress."""
         coming, now = self.state, self.kernel.now
+        if max(coming.last, coming.opened or 0) <= seen:  # no edge is due, and no strobe has begun
+            return
         for line in self.answering:
             wave, driver = line.wave, line.driver
             if driver is self.chip.instrobe:
