@@ -83,7 +83,7 @@ class BoardClock:
         self._trips.append(received_ns - sent_ns)
         self.worst_round_trip_ns = max(self.worst_round_trip_ns, received_ns - sent_ns)
         if self.known:
-            expected = self.ticks((sent_ns + received_ns) // 2)
+            expected = self._at((sent_ns + received_ns) // 2)
             unwrapped = _nearest(tick, expected)  # the silence may have been long
             apart = JUMP_S + (received_ns - sent_ns + (received_ns - self._noted_ns) * WIDEST_PPM / 1e6) / 1e9
             if abs(unwrapped - expected) > apart * self.hz:
@@ -143,10 +143,13 @@ class BoardClock:
         return _nearest(tick, self._newest)
 
     # --------------------------------------------------------------------------------------------------- present time
+    def _at(self, now_ns: int) -> int:
+        return round(self._tick + (now_ns - self._origin) * self._rate)
+
     def ticks(self, now_ns: int) -> int:
         """Return the board tick at an instant of host time (ns); it never decreases, and is 0 while unknown."""
         if self.known:
-            self._last = max(self._last, round(self._tick + (now_ns - self._origin) * self._rate))
+            self._last = max(self._last, self._at(now_ns))
         return self._last
 
     def at_ns(self, tick: int) -> int:
