@@ -186,7 +186,7 @@ class Troubles:
             self.stopping.stopped(self._unknown())
 
     def _unknown(self) -> BoardEvent:
-        """Return an event that stands for a stop that the board has not reported.
+        """Return an event in place of a stop that the board has not reported.
 
         Its position is the present travel of the model.
         """

@@ -384,7 +384,7 @@ class ConnectorLine(HostLine):
         self.kernel.call_at(character.end_ps, partial(self._over, character.byte))
 
     def _over(self, byte: int) -> None:
-        passed, fault = self.to_host.hit(byte) if self.to_host.plans else (byte, "")
+        passed, fault = self.to_host.hit(byte)
         if fault == "late":
             self.late_ps, fault = self.kernel.now + LATE_PS, ""
         data = b"" if passed is None else bytes([0 if fault else passed])  # a driver replaces a wrong character by NUL
