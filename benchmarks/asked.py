@@ -36,6 +36,12 @@ class Asked:
         return round(self.goal / self.made, 2)
 
 
+RELATIVE = {  # goals that are ratios to the reference
+    "GS-C200S: a program of short moves": 1.5,
+    "CY525: 2,100 short moves commanded by the host": 1.0,
+    "CY545: 1,000 queries over the serial side": 2.5,
+    "GS-C200S: 200 tests, each a program, a move and six exchanges": 3.0,
+}
 ASKED = {
     "dialogue of 10,000 commands through the pins": Asked(40, 20.92, then=3),
     "1,000 exchanges with a GS-C200S": Asked(100, 49.19, then=3.5),
@@ -62,7 +68,7 @@ def judged(workload: Workload, other: Path | None) -> list[Row]:
         ours = [mine[key] for _, mine in turns]
         name = ours[0].name
         was = FORMER.get(name, name)
-        pairs = [(theirs[was, key[1]], mine[key]) for theirs, mine in turns] if name in ASKED else []
+        pairs = [(theirs[was, key[1]], mine[key]) for theirs, mine in turns] if name in ASKED | RELATIVE else []
         figure = median(found.figure for found in ours if found.figure is not None)
         row = Row(name, figure, ours[0].unit, ours[0].goal, ours[0].more_is_better, ours[0].bound)
         rows += beside(row, pairs)
@@ -71,8 +77,8 @@ def judged(workload: Workload, other: Path | None) -> list[Row]:
 
 def beside(row: Row, pairs: list[tuple[Found, Found]]) -> Iterator[Row]:
     """Yield a row and, if it has such a goal, its ratio to the reference, turn by turn."""
-    asked = ASKED.get(row.name)
-    if asked is None:
+    asked, relative = ASKED.get(row.name), RELATIVE.get(row.name)
+    if asked is None and relative is None:
         yield row
         return
     bound = row.bound
@@ -82,6 +88,9 @@ def beside(row: Row, pairs: list[tuple[Found, Found]]) -> Iterator[Row]:
     sides = [(Measured(1 / theirs.known), Measured(1 / ours.known)) for theirs, ours in pairs]
     absent = "" if sides else ABSENT
     name, unit = f"{row.name}: compared with {SHORT}", f"x {SHORT}"
+    if asked is None:
+        yield Row(name, None, unit, relative, True, bound, sides, absent)
+        return
     why = f"{bound}; the goal is {asked.goal:g} {REAL} on the machine on which {SHORT} reaches {asked.made:.3g}"
     yield Row(name, None, unit, asked.ratio, True, why, sides, absent)
     if asked.then:

@@ -37,6 +37,7 @@ import pictures
 import profiled
 import reading
 import serve
+import short
 import store
 import waits
 import writing
@@ -348,7 +349,15 @@ def exchanging() -> list[Row]:
 
 
 LONG = ("hour", "hours")
-JUDGED = ("dialogue", "exchanging", "encoders", "packets", "scripts", "talking")  # against the reference, by turns
+JUDGED = (
+    "dialogue",
+    "exchanging",
+    "encoders",
+    "packets",
+    "scripts",
+    "talking",
+    "short",
+)  # against the reference, by turns
 WORKLOADS: dict[str, dict[str, Workload]] = {
     "CY525": {
         "plans": plans,
@@ -369,6 +378,7 @@ WORKLOADS: dict[str, dict[str, Workload]] = {
         "registers": serve.register_rows,
     },
     "CY545": {"plan": cy545.planning, "talking": cy545.talking, "recorded": cy545.recorded},
+    "Short work": {"short": short.rows},
     "Parts": {"parts": parts.rows},
     "Motors": {"motors": motors.rows},
     "Panel": {"panel": panel.rows},

@@ -14,7 +14,7 @@ import { digitsOf, ticks } from "../../src/slewline/panel/page/units.js";
  * @property {string} says
  * @property {number[]} values
  * @property {string[]} spoken the values in steps and seconds, of a part whose numbers do not show it
- * @property {number} at where it stands at first
+ * @property {number} at its place at first
  */
 
 /**
@@ -23,7 +23,7 @@ import { digitsOf, ticks } from "../../src/slewline/panel/page/units.js";
  * @property {string} command with {NAME} for a value
  * @property {string[]} host what a host sends, likewise
  * @property {Slider[]} sliders
- * @property {Record<string, string[]>} said what the command prints, of every run; "": no such line
+ * @property {Record<string, string[]>} output what the command prints, of every run; "": no such line
  * @property {number[][]} curves time, rate, time, rate ... of every run
  */
 
@@ -131,11 +131,11 @@ class Ramps {
     this.frame = h("div", { class: "figure-frame" });
     this.frame.append(this.figure.element);
     this.sliders = h("div", { class: "sliders" });
-    this.said = h("dl", { "aria-live": "polite" });
+    this.output = h("dl", { "aria-live": "polite" });
     this.command = h("code", { class: "command" });
     this.host = h("code", { class: "host" });
     this.note = h("span", { class: "kept-note" });
-    put(place, this.#chooser(), this.frame, this.sliders, this.#keeper(), this.said);
+    put(place, this.#chooser(), this.frame, this.sliders, this.#keeper(), this.output);
     put(place, h("p", {}, "The same in a terminal: ", this.command), h("p", {}, "A host sends: ", this.host));
     this.#choose(this.part);
     new ResizeObserver(() => this.#draw()).observe(this.frame);
@@ -155,7 +155,7 @@ class Ramps {
   #keeper() {
     const keep = () => {
       const values = this.part.sliders.map((slider, n) => `${slider.name} ${slider.values[this.at[n]]}`);
-      const took = [...this.said.querySelectorAll("dd")].at(-1)?.textContent?.split(":")[0];
+      const took = [...this.output.querySelectorAll("dd")].at(-1)?.textContent?.split(":")[0];
       this.#kept = { curve: this.part.curves[this.#run(this.at)], says: `${values.join(", ")}: ${took}` };
       this.#show();
     };
@@ -216,13 +216,13 @@ class Ramps {
    */
   #filled(text) {
     return this.part.sliders.reduce(
-      (said, slider, n) => said.replace(`{${slider.name}}`, String(slider.values[this.at[n]])), text);
+      (filled, slider, n) => filled.replace(`{${slider.name}}`, String(slider.values[this.at[n]])), text);
   }
 
   #show() {
     const run = this.#run(this.at);
-    const rows = Object.entries(this.part.said).filter(([, lines]) => lines[run]);
-    this.said.replaceChildren(...rows.flatMap(([label, lines]) => [h("dt", {}, label), h("dd", {}, lines[run])]));
+    const rows = Object.entries(this.part.output).filter(([, lines]) => lines[run]);
+    this.output.replaceChildren(...rows.flatMap(([label, lines]) => [h("dt", {}, label), h("dd", {}, lines[run])]));
     say(this.command, this.#filled(this.part.command));
     say(this.host, this.part.host.map((line) => this.#filled(line)).join("; "));
     say(this.note, this.#kept?.says ?? "");
@@ -249,7 +249,7 @@ export async function begin(packed) {
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
   const data = await new Response(stream).json();
   place.replaceChildren();
+  place.classList.add("moves"); // before the curve is drawn: it sets the width of the figure
   new Ramps(place, data);
-  place.classList.add("moves");
   performance.mark("by-hand");
 }

@@ -78,14 +78,14 @@ PARTS = (
 
 # ----------------------------------------------------------------------------------------------------------------- runs
 def runs(sliders: Sliders) -> dict[str, Any]:
-    """Return what the page knows of a part: its sliders, and the run of every place of them, the last moving first."""
+    """Return the data of a part: its sliders, and a run for each combination of places, the last slider fastest."""
     calculator = ramps_of(sliders.part, None)
     made = [
         slewline.ramp(sliders.part, **sliders.fixed, **dict(zip(sliders.places, values, strict=True)))
         for values in product(*(places for places, _ in sliders.places.values()))
     ]
     moves = [ramp.move(STEPS) for ramp in made]
-    said = [read([*summary(calculator, ramp), *move_line(move)]) for ramp, move in zip(made, moves, strict=True)]
+    outputs = [read([*summary(calculator, ramp), *move_line(move)]) for ramp, move in zip(made, moves, strict=True)]
     holes = {name: f"{{{name}}}" for name in sliders.places}
     named = [f"{name}={value}" for name, value in (sliders.fixed | holes).items()]
     return {
@@ -93,13 +93,13 @@ def runs(sliders: Sliders) -> dict[str, Any]:
         "command": f"slewline ramp {sliders.part} {' '.join(named)} --distance {STEPS}",
         "host": calculator.script(made[0].values | holes, STEPS),
         "sliders": [slider(calculator, name, *at, made) for name, at in sliders.places.items()],
-        "said": {label: [lines.get(label, "") for lines in said] for label in said[0]},
+        "output": {label: [lines.get(label, "") for lines in outputs] for label in outputs[0]},
         "curves": [curve(ramp, move) for ramp, move in zip(made, moves, strict=True)],
     }
 
 
 def read(lines: list[str]) -> dict[str, str]:
-    """Return what lines of `slewline ramp` say, without their head, by label; what there is none of has no line."""
+    """Return the lines of `slewline ramp`, without its first line, by label; a label that is not printed is missing."""
     return {line[:LABEL].strip(): line[LABEL:] for line in lines[1:]}
 
 

@@ -37,7 +37,7 @@ MAX_BYTES = 10_000_000  # of a file that is read whole
 MAX_LINE = 1 << 20  # bytes of a line of a log
 MAX_VALUES = 1 << 20  # of JSON in one line; our longest list is a 64K memory
 UTF16_BOMS = (b"\xff\xfe", b"\xfe\xff")
-UTF16 = "is text in UTF-16; save it as UTF-8 (Notepad: Save as, Encoding UTF-8; PowerShell: Set-Content -Encoding utf8)"
+UTF16 = "text in UTF-16; save it as UTF-8 (Notepad: Save as, Encoding UTF-8; PowerShell: Set-Content -Encoding utf8)"
 NUL = "contains NUL bytes, so it is not text; name the right file"
 BOM = b"\xef\xbb\xbf"  # which editors and tools put before UTF-8 text
 LATEST_PS = 1 << 63  # instants are less: plots and records have 64 bits
@@ -215,7 +215,9 @@ def _bounded(path: str | PathLike[str], data: bytes) -> bytes:
 
 
 def opened(path: str | PathLike[str]) -> BinaryIO:
-    """Open a regular file to read bytes; opening a FIFO would block, opening a device may have side effects.
+    """Open a regular file to read bytes; refuse any other file.
+
+    Opening a FIFO would block, and opening a device may have side effects.
 
     Raises:
         BenchFileError: the file does not exist, or is not a regular file.
@@ -223,7 +225,7 @@ def opened(path: str | PathLike[str]) -> BinaryIO:
     with refusals(path):
         kind = stat.S_IFMT(os.stat(path).st_mode)
         if kind != stat.S_IFREG:
-            raise BenchFileError(f"{path}: is {KINDS.get(kind, 'not a file')}; give a regular file")
+            raise BenchFileError(f"{path} is {KINDS.get(kind, 'not a file')}; give a regular file")
         return open(path, "rb")
 
 
@@ -261,7 +263,7 @@ def refusals(path: str | PathLike[str]) -> Iterator[None]:
         raise
     except (OSError, ValueError) as error:
         why = getattr(error, "strerror", None) or error
-        raise BenchFileError(f"{path}: cannot be read: {why}; name a file that can be read") from None
+        raise BenchFileError(f"{path} cannot be read: {why}; name a file that can be read") from None
 
 
 # ----------------------------------------------------------------------------------------------------------------- JSON

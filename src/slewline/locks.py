@@ -1,4 +1,7 @@
-"""The lock of an open file, so that only one process at a time writes to it: flock, or msvcrt.locking on Windows."""
+"""The lock on an open file, which lets only one process at a time write to the file.
+
+The lock is flock, or msvcrt.locking on Windows.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +9,7 @@ import os
 from importlib import import_module
 from typing import Any
 
-BEHIND = 1 << 40  # a byte beyond the end of our files: on Windows nobody else may read locked bytes
+BEYOND = 1 << 40  # a byte beyond the end of our files: on Windows nobody else may read locked bytes
 
 
 def lock(file: int) -> bool:
@@ -17,7 +20,7 @@ def lock(file: int) -> bool:
         windows: Any = import_module("msvcrt")
         call, how = windows.locking, [windows.LK_NBLCK, 1]
         at: int | None = os.lseek(file, 0, os.SEEK_CUR)
-        os.lseek(file, BEHIND, os.SEEK_SET)
+        os.lseek(file, BEYOND, os.SEEK_SET)
     else:
         call, how, at = fcntl.flock, [fcntl.LOCK_EX | fcntl.LOCK_NB], None
     try:

@@ -91,13 +91,13 @@ def test_of_several_axes_the_first_is_the_default():
 def test_an_unknown_quantity_is_refused_with_the_existing_ones():
     bench, _ = moved()
     for name, listed in (
-        ("driver.speed", r"'driver\.speed'; there are: driver\.current$"),
-        ("x.current", r"there are: x\.velocity, x\.position$"),
+        ("driver.speed", r"'driver\.speed'; available: driver\.current$"),
+        ("x.current", r"available: x\.velocity, x\.position$"),
         (
             "y.velocity",
-            r"there are: x\.velocity, x\.position, driver\.current, spare\.current, tank\.content, tank\.lids; did ",
+            r"available: x\.velocity, x\.position, driver\.current, spare\.current, tank\.content, tank\.lids; did ",
         ),
-        ("velocity", r"there are: x\.velocity, "),
+        ("velocity", r"available: x\.velocity, "),
     ):
         with pytest.raises(UnknownName, match=listed):
             bench.quantity(name)
@@ -124,7 +124,7 @@ def test_parts_and_single_quantities_are_chosen_by_name():
     assert shown == ["Content of tank, l", "Current of driver, A"]
     assert headings(bench.figure(parts=["driver", "spare"]))[2:] == ["Current, A"]  # the legend tells whose
     for wrong in ("tank.lid", "nobody", "host"):
-        with pytest.raises(UnknownName, match=r"parts: no quantity .*there are: driver\.current, spare\.current, tank"):
+        with pytest.raises(UnknownName, match=r"parts: no quantity .*available: driver\.current, spare\.current, tank"):
             bench.figure(parts=[wrong])
 
 

@@ -196,7 +196,7 @@ BAD = [
     (X + "options = { self = 1 }", "line 1: [[chip]] 1: x: no option 'self'; its options: stepwise"),
     (X + '[[part]]\nkind = "inverter"\nself = 5', "line 4: [[part]] 1: inverter: no option 'self'; its options: none"),
     (X + X, "line 4: [[chip]] 2: the bench has a 'x' already; give another name"),
-    ('[[chip]]\npart = "cy999"', "line 1: [[chip]] 1: no chip 'cy999'; there are: cy525"),
+    ('[[chip]]\npart = "cy999"', "line 1: [[chip]] 1: no chip 'cy999'; available: cy525"),
     ('[bench]\nseed = "a"', "line 2: [bench] seed: found 'a'; allowed a whole number"),
     ("[bench]\nuntil = 0.5", 'line 2: [bench] until: found 0.5; allowed a time such as "25 us"; text, because'),
     ('[bench]\ntimeout = "-3 s"', "line 2: [bench] timeout: time '-3 s': virtual time does not run backwards"),
@@ -209,7 +209,7 @@ BAD = [
     (X + '[[record]]\npins = ["x.bell"]', "line 4: [[record]] 1: x (cy525) has no pin 'bell'"),
     (X + '[[record]]\nkeep = "soon"', "line 4: [[record]] 1: time 'soon': expected a number and a unit"),
     (X + '[[part]]\nname = "u"', "line 4: [[part]] 1: needs the key 'kind', such as kind = \"inverter\""),
-    (X + '[[part]]\nkind = "uhu"', "line 4: [[part]] 1: no part 'uhu'; there are: inverter, and, or"),
+    (X + '[[part]]\nkind = "uhu"', "line 4: [[part]] 1: no part 'uhu'; available: inverter, and, or"),
     (X + '[[part]]\nkind = "inverter"\nto = 5', "line 4: [[part]] 1: to: found 5; allowed text"),
     (
         X + '[[part]]\nkind = "nand"\ngates = 5',
@@ -217,7 +217,7 @@ BAD = [
     ),
     (X + '[[part]]\nkind = "nand"\ninputs = "two"', "line 4: [[part]] 1: "),
     (X + '[[host]]\nfile = "nix.cy525"', "line 5: [[host]] 1, file: "),
-    (X + '[[host]]\nchips = ["y"]', "line 5: [[host]] 1, chips: no chip 'y' on the bench; there are: x"),
+    (X + '[[host]]\nchips = ["y"]', "line 5: [[host]] 1, chips: no chip 'y' on the bench; available: x"),
     (X + Y + '[[host]]\nscript = "A 0"', 'line 7: [[host]] 1: no chip named; write chips = ["x"]'),
     (X + "[[host]]\nscript = 5", "line 5: [[host]] 1, script: found 5; allowed text, or a list of lines"),
     (
@@ -267,7 +267,7 @@ def test_a_message_keeps_place_and_remedy_and_the_number_of_omitted_lines(bench_
         texts.append(str(raised.value))
     short, cut = texts
     assert cut.startswith(f"{tmp_path / 'bench.toml'}, line 1: [[chip]] 1: no chip 'aaa")
-    assert "aaa'; there are: cy525, " in cut and len(cut) < 2100
+    assert "aaa'; available: cy525, " in cut and len(cut) < 2100
     assert f" ... ({len(short) + 99_900} characters in all) ... " in cut, "though it was cut before the place was known"
 
 
@@ -302,9 +302,9 @@ def test_no_script_is_queued_when_another_one_is_refused(bench_of):
             "byte FF in line 1 is not UTF-8 text; save it as UTF-8, or name the right file",
         ),
         ("zero.toml", b"a = 1\n\0", "contains NUL bytes, so it is not text; name the right file"),
-        ("wide.toml", "a = 1\n".encode("utf-16"), "wide.toml: is text in UTF-16; save it as UTF-8 (Notepad: Save as"),
-        ("le.toml", "a = 1\n".encode("utf-16-le"), "le.toml: is text in UTF-16; save it as UTF-8"),
-        ("be.toml", "a = 1\n".encode("utf-16-be"), "be.toml: is text in UTF-16; save it as UTF-8"),
+        ("wide.toml", "a = 1\n".encode("utf-16"), "wide.toml: text in UTF-16; save it as UTF-8 (Notepad: Save as"),
+        ("le.toml", "a = 1\n".encode("utf-16-le"), "le.toml: text in UTF-16; save it as UTF-8"),
+        ("be.toml", "a = 1\n".encode("utf-16-be"), "be.toml: text in UTF-16; save it as UTF-8"),
         ("late.toml", b"a = 1\n\n b = \xe4", "byte E4 in line 3 is not UTF-8 text"),
         ("big.toml", b"#" * 10_000_001, "more than 10000000 bytes; check that it is the right file"),
     ],

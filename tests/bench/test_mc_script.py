@@ -259,7 +259,7 @@ def test_a_part_can_receive_a_message(tmp_path):
 @rows(
     ("line", "found"),
     [
-        ("@tell motor block", "the bench has no part 'motor'; there are: shaft, host"),
+        ("@tell motor block", "the bench has no part 'motor'; available: shaft, host"),
         ("@tell shaft turn 5", "tell shaft 'turn'; allowed 'block', 'free', 'slip', 'push'"),
         ("@tell host wait", "tell host 'wait'; a script cannot operate this part"),
         ("@tell shaft slip five", "'shaft slip five' is not understood"),

@@ -121,7 +121,7 @@ MISTAKES = [  # the file, the end of the answer
     ),
     (
         '[[chip]]\npart = "cy525"\nname = "x"\n[[part]]\nkind = "eeprom"\nfile = "none.bin"\n',
-        ", line 4: [[part]] 1: none.bin: cannot be read: No such file or directory",
+        ", line 4: [[part]] 1: none.bin cannot be read: No such file or directory",
     ),
     (
         '[[chip]]\npart = "cy525"\nname = "x"\n[[part]]\nkind = "eeprom"\nfile = "../x.bin"\n',
@@ -129,7 +129,7 @@ MISTAKES = [  # the file, the end of the answer
     ),
     (
         '[[chip]]\npart = "cy525"\nname = "x"\n[[part]]\nkind = "inverter"\nto = "y"\n',
-        ", line 6: [[part]] 1, to: the bench has no 'y'; there are: x, inverter",
+        ", line 6: [[part]] 1, to: the bench has no 'y'; available: x, inverter",
     ),
     (
         '[[chip]]\npart = "cy525"\nname = "x"\n[[part]]\nkind = "uart"\nbaud = "fast"\n',
@@ -153,7 +153,7 @@ MISTAKES = [  # the file, the end of the answer
     ),
     (
         '[[chip]]\npart = "cy525"\nname = "x"\n[[wire]]\nfrom = "x.slew"\nto = "y.wait"\n',
-        ", line 4: [[wire]] 1: the bench has no 'y'; there are: x",
+        ", line 4: [[wire]] 1: the bench has no 'y'; available: x",
     ),
     (
         '[[chip]]\npart = "cy525"\nname = "x"\n[[wire]]\na = "x.slew"\nb = "x.wait"\n',
@@ -161,7 +161,7 @@ MISTAKES = [  # the file, the end of the answer
     ),
     (
         '[[chip]]\npart = "cy525"\nname = "x"\n[[host]]\nchips = ["y"]\n',
-        ", line 5: [[host]] 1, chips: no chip 'y' on the bench; there are: x",
+        ", line 5: [[host]] 1, chips: no chip 'y' on the bench; available: x",
     ),
     (
         '[[chip]]\npart = "cy525"\nname = "x"\n[[host]]\nchips = "x"\n',
@@ -181,7 +181,7 @@ MISTAKES = [  # the file, the end of the answer
     ),
     (
         '[[chip]]\npart = "cy525"\nname = "x"\n[[host]]\nfile = "none.cy525"\n',
-        ", line 5: [[host]] 1, file: none.cy525: cannot be read: No such file or directory",
+        ", line 5: [[host]] 1, file: none.cy525 cannot be read: No such file or directory",
     ),
     (
         '[[chip]]\npart = "cy525"\nname = "x"\n[[host]]\nscript = 3\n',
@@ -225,7 +225,7 @@ MISTAKES = [  # the file, the end of the answer
     ),
     (
         '[[chip]]\npart = "cy525"\nname = "x"\n[[serve]]\nchips = ["y"]\ntcp = 4001\n',
-        ", line 5: [[serve]] 1, chips: no chip 'y' on the bench; there are: x",
+        ", line 5: [[serve]] 1, chips: no chip 'y' on the bench; available: x",
     ),
     (
         '[[chip]]\npart = "cy525"\nname = "x"\n[[serve]]\nport = 4001\n',

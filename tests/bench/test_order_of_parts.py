@@ -115,7 +115,7 @@ def test_a_chain_of_parts_is_made_from_any_order(tmp_path, order):
         ),
         (
             ('[[part]]\nkind = "motor"\nto = "translatr"\n', PARTS[0]),
-            "the bench has no 'translatr'; there are: x, motor, translator; did you mean translator",
+            "the bench has no 'translatr'; available: x, motor, translator; did you mean translator",
         ),
     ],
 )

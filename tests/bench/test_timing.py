@@ -324,7 +324,7 @@ def test_limits_without_recorded_pins_are_named():
     host.send("N 3\rG\r")
     bench.run_until_idle()
     found = {row.bound.limit.start: row.verdict for row in bench.check_timing(["x"])}
-    assert found["pulse rises"] == "kept"
+    assert found["pulse rises"] == "met"
     assert found["reset falls"] == "reset not recorded"
     with pytest.raises(UnknownName, match="allowed x"):
         bench.check_timing(["y"])
@@ -379,8 +379,8 @@ def test_a_time_carries_the_limit_that_is_printed_for_it(run):
         "mc1451a-e": ("x.hostread falls", "x.hostdata appears"),
     }[part]
     (found,) = bench.intervals([edges])
-    says = {"cy525": "t = 2.545454 µs (min. 2.5 µs: kept)", "mc1451a-e": "t10 = 40 ns (max. 50 ns: kept)"}
-    assert str(found) == says.get(part, "tcpw = 1.7 µs (typ. 1.7 µs, max. 5 µs: kept)")
+    says = {"cy525": "t = 2.545454 µs (min. 2.5 µs: met)", "mc1451a-e": "t10 = 40 ns (max. 50 ns: met)"}
+    assert str(found) == says.get(part, "tcpw = 1.7 µs (typ. 1.7 µs, max. 5 µs: met)")
     (other,) = bench.intervals([(edges[0], f"{edges[1]} 2")])
     assert other.bounds == ()  # from an edge to the one after the next is another time
     assert other.kept is None

@@ -54,7 +54,7 @@ def test_a_role_applies_to_the_active_level_unless_the_pin_is_named_for_the_othe
 
 
 def test_an_unknown_role_is_refused():
-    with pytest.raises(SheetError, match=r"pin x: no role 'stepp'; there are: step, direction"):
+    with pytest.raises(SheetError, match=r"pin x: no role 'stepp'; available: step, direction"):
         Pin(1, "x", "in", "", role="stepp")
 
 
@@ -224,7 +224,7 @@ def test_a_neighbour_of_another_bench_is_refused_even_with_a_name_that_this_one_
 
 @pytest.mark.parametrize("name", [[], {}, 5])
 def test_a_kind_and_a_name_are_text(bench, name):
-    with pytest.raises(UnknownName, match=r"no part .*; there are: inverter"):
+    with pytest.raises(UnknownName, match=r"no part .*; available: inverter"):
         bench.part(name)
     for put in (bench.part, bench.add):
         with pytest.raises(UsageError, match=r"name .*: allowed letters, digits and underscores"):

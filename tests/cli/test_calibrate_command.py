@@ -50,7 +50,7 @@ def test_the_same_as_data(call, monkeypatch):
             "--torque '5 kg'; kg is a unit of mass; allowed a number (N m), or text with a unit",
         ),
         (("--start-stop", "9000 steps/s"), "does not reach it even without friction"),
-        (("--start-stop", "900 steps/s", "--torque", "5 mNm"), "torque 0.005 N m: needs a pull-out rate"),
+        (("--start-stop", "900 steps/s", "--torque", "5 mNm"), "torque 0.005 N m needs a pull-out rate"),
         (("--pull-out", "2000 steps/s", "--torque", "50"), "--torque '50'; 50 has no unit; allowed a number (N m)"),
         (("--start-stop", "1210 steps/s", "--pull-out", "1100 steps/s"), "check whether the two rates are exchanged"),
     ],

@@ -115,9 +115,9 @@ def test_a_torn_dialogue_is_compared_as_far_as_it_goes(call, dialogue):
 WRONG = {
     "no file": (
         ["nowhere"],
-        "dialogue nowhere: cannot be read: No such file or directory; name a file that can be read",
+        "dialogue nowhere cannot be read: No such file or directory; name a file that can be read",
     ),
-    "not a dialogue": (["text"], "text: is not a dialogue; name MODEL.vcd and MEASURED.vcd, or a dialogue"),
+    "not a dialogue": (["text"], "text is not a dialogue; name MODEL.vcd and MEASURED.vcd, or a dialogue"),
     "options of waveforms": (["x.dialogue", "--map", "a=b"], "--map: not an option for a dialogue; leave it out"),
     "options of a dialogue": (["x.vcd", "y.vcd", "--port", "p"], "--port: not an option for two waveforms"),
     "rate": (["x.dialogue", "--baud", "9601"], "--baud 9601: not a rate of the GS-C200S; allowed 9600, 4800"),

@@ -34,8 +34,8 @@ def test_refused_arguments(call, arguments, says):
 
 
 BY_THE_SERVER = [
-    (("nosuch.cy525",), "nosuch.cy525: cannot be read"),
-    (("nosuch.toml",), "nosuch.toml: cannot be read"),
+    (("nosuch.cy525",), "nosuch.cy525 cannot be read"),
+    (("nosuch.toml",), "nosuch.toml cannot be read"),
     (("cy525", "--strap", "slew=1"), "a strap sets an input to 0 or 1"),
 ]
 

@@ -147,7 +147,7 @@ def test_a_link_in_the_place_of_a_file_is_not_followed(call, name):
     ran = call("demo", "--output", "here")
     assert (
         ran.status == 2
-        and f"{name}: is a symbolic link, which is not followed here; move it away, or use another folder" in ran.err
+        and f"{name} is a symbolic link, which is not followed here; move it away, or use another folder" in ran.err
     )
     assert not Path("victim").exists()
     assert [path.name for path in Path("here").iterdir()] == [name]

@@ -78,7 +78,7 @@ MISTAKES = [
         (*DRIVE, "--board", "twin", "--output", "D2=uo1", "--output", "D2=uo2"),
         ["'--output': D2 is given twice; leave one out"],
     ),
-    ((*DRIVE, "--board", "twin", "--output", "D2=uo1", "--output", "d2=uo2"), ["output d2: is given twice"]),
+    ((*DRIVE, "--board", "twin", "--output", "D2=uo1", "--output", "d2=uo2"), ["output d2 is given twice"]),
     ((*DRIVE, "--board", "twin", "--strap", "chs=0", "--strap", "chs=1"), ["'--strap': chs is given twice"]),
     (
         (*DRIVE, "--board", "twin", "--option", "eeprom_time=1 ms", "--option", "eeprom_time=2 ms"),

@@ -354,7 +354,7 @@ def test_output_to_closed_standard_streams_is_dropped(tmp_path):
     found = without("<&-", "run", "-", "--chip", "cy525", folder=tmp_path)
     assert (found.returncode, found.stderr) == (
         2,
-        "slewline: -: has no commands; write one command per line, such as R 100\n",
+        "slewline: - has no commands; write one command per line, such as R 100\n",
     )
     found = without("<&- >&- 2>&-", "run", "p.cy525", "--vcd", "o.vcd", folder=tmp_path)
     assert found.returncode == 0

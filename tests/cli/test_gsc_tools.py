@@ -235,7 +235,7 @@ def test_pins_and_ramps_are_drawn(call, program):
         ),
         (
             ("p.txt", "--chip", "gs-c201"),
-            "no chip 'gs-c201'; there are: cy525, cy500, cy512, cy545, cy545b, gs-c200, gs-c200s",
+            "no chip 'gs-c201'; available: cy525, cy500, cy512, cy545, cy545b, gs-c200, gs-c200s",
         ),
     ],
 )

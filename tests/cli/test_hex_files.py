@@ -195,7 +195,7 @@ def test_commands_that_need_a_text_refuse_bytes(call, command: tuple[str, ...]) 
     Path("a.hex").write_bytes(text(*PAIRS))
     called = call(*command, "--chip", "gs-c200s", "a.hex")
     assert called.status == 2
-    assert "a.hex: contains program bytes, judging by its extension; slewline dis a.hex" in called.err
+    assert "a.hex contains program bytes, judging by its extension; slewline dis a.hex" in called.err
 
 
 def test_a_file_of_another_name_is_judged_by_its_content(call) -> None:

@@ -173,7 +173,7 @@ def test_the_examples_have_neither_errors_nor_warnings(call, name):
 
 def test_a_script_for_a_bench_file_needs_its_bench_for_run_and_for_lint(call):
     script = str(EXAMPLES / "stall_recovery.mc1451a")
-    told = "line 10, column 1: {}the bench has no part 'shaft'; there are: host"
+    told = "line 10, column 1: {}the bench has no part 'shaft'; available: host"
     ran, linted = call("run", script), call("lint", script)
     assert (ran.status, linted.status) == (2, 1)
     assert told.format("") in ran.err and told.format("error: ") in linted.out

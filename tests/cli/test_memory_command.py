@@ -87,11 +87,11 @@ def test_a_memory_that_is_not_there_is_missed_before_the_run(call, five) -> None
 CANNOT_BE = [
     (("run", "five.cy525", "--memory", "p.hex"), "memory p.hex: a cy525 has no external memory; leave out this file"),
     (("run", "five.cy525", "--save-memory", "q.hex"), "--save-memory needs exactly one memory on the bench, which has"),
-    (("run", "p.cy545b", "--memory", "none.hex"), "none.hex: cannot be read: No such file"),
+    (("run", "p.cy545b", "--memory", "none.hex"), "none.hex cannot be read: No such file"),
     (("run", "p.cy545b", "--memory", "bad.hex"), "bad.hex, line 1: checksum 00, calculated BE"),
     (("run", "p.cy545b", "--memory", "bytes.hex"), "put raw bytes into a .bin file"),
     (("dis", "bad.hex", "--chip", "cy545b"), "bad.hex, line 1: checksum 00, calculated BE"),
-    (("dis", "end.hex", "--chip", "cy545b"), "end.hex: is empty"),
+    (("dis", "end.hex", "--chip", "cy545b"), "end.hex is empty"),
     (("run", "p.cy545b", "--memory", "p.hex", "--save-memory", "p.hex"), "p.hex: this command already uses the file"),
     (("run", "b.toml", "--memory", "p.hex"), "a bench file names its chips; leave out"),
     (("run", "--replay", "j", "--memory", "p.hex"), "--replay repeats a run unchanged; leave out --memory"),

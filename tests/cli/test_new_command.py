@@ -120,7 +120,7 @@ def test_existing_files_are_left_unchanged(call, folder, made):
     before = Path("x").lstat()
     ran = call("new-part", "x")
     assert (ran.status, ran.out) == (2, "")
-    assert ran.err == "slewline: x: exists already; give another name, or another folder with --output\n"
+    assert ran.err == "slewline: x exists already; give another name, or another folder with --output\n"
     assert os.listdir(folder) == ["x"] and Path("x").lstat() == before
 
 
@@ -140,7 +140,7 @@ def test_where_writing_fails_nothing_is_left(call, folder, monkeypatch, method, 
     if isinstance(error, OSError):
         ran = call("new-chip", "x")
         why = "cannot be written (No space left on device); give another folder with --output"
-        assert (ran.status, ran.out, ran.err) == (2, "", f"slewline: x: {why}\n")
+        assert (ran.status, ran.out, ran.err) == (2, "", f"slewline: x {why}\n")
     else:
         with pytest.raises(KeyboardInterrupt):
             module.new("chip", "x", ".")
@@ -151,14 +151,14 @@ def test_a_link_in_the_place_of_a_file_being_written_is_not_followed(call):
     Path("elsewhere").mkdir()
     os.symlink("elsewhere", f".slewline-{os.getpid()}.part")
     ran = call("new-chip", "x")
-    assert ran.status == 2 and ran.err.startswith("slewline: x: cannot be written (File exists); give another folder")
+    assert ran.status == 2 and ran.err.startswith("slewline: x cannot be written (File exists); give another folder")
     assert os.listdir("elsewhere") == [] and not os.path.lexists("x")
 
 
 @pytest.mark.posix
 def test_a_folder_that_cannot_be_written_is_named(call):
     Path("file").touch()
-    for place, says in (("/proc", "/proc/x: cannot be written ("), ("file", "file: cannot create this folder (")):
+    for place, says in (("/proc", "/proc/x cannot be written ("), ("file", "file: cannot create this folder (")):
         ran = call("new-chip", "x", "-o", place)
         assert ran.status == 2 and ran.err.startswith(f"slewline: {says}"), ran.err
         assert ran.err.rstrip().endswith("with --output")

@@ -62,7 +62,7 @@ def test_a_run_and_the_script_of_a_bench_file_have_them(call, mine, write, how):
 def test_an_invalid_file_is_refused_with_the_allowed_keys(call, write):
     for lines, says in (
         (("rate_table = ",), "bad.toml: not TOML"),
-        (("[[chip]]", 'part = "cy545"'), "bad.toml: is a bench file; allowed: options of a chip"),
+        (("[[chip]]", 'part = "cy545"'), "bad.toml is a bench file; allowed: options of a chip"),
         (('rate_table = "30k"',), "rate_table '30k'; allowed 20k, 27k"),
         (("rates = [1, 2]",), "did you mean inferred.rates?"),
         (("[inferred]", "rates = [1, 2]"), "2 numbers; allowed 256 or none"),
@@ -77,7 +77,7 @@ def test_an_invalid_file_is_refused_with_the_allowed_keys(call, write):
     assert call("lint", bench, "--options", bad).status == 2
     assert call("run", bench, "--options", bad).status == 2
     status, _, err = call("run", program, "--options", "missing.toml")
-    assert status == 2 and "missing.toml: cannot be read" in err
+    assert status == 2 and "missing.toml cannot be read" in err
 
 
 def test_a_message_about_a_wrong_option_names_the_file_and_the_part(call, write):

@@ -98,7 +98,7 @@ def test_asm_takes_a_file_without_e_for_commands_as_run_and_lint_do(call, write,
     program = write("p.cy525", *lines)
     ran = call("asm", program, "-o", "out.hex")
     assert (ran.status, ran.out, Path("out.hex").exists()) == (2, "", False)
-    assert "p.cy525: has no program" in ran.err and "write E above the first of them, and Q below the last" in ran.err
+    assert "p.cy525 has no program" in ran.err and "write E above the first of them, and Q below the last" in ran.err
     write("p.cy525", "E", *lines, "Q")
     assert call("asm", program, "-o", "out.hex").status == 0
 

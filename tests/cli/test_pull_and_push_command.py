@@ -50,8 +50,8 @@ CANNOT_BE = [
     (("pull", "slewline://gs-c200s", "-o", "no/a.gs-c200s"), 2, "no/a.gs-c200s: there is no directory 'no'"),
     (("pull", "slewline://gs-c200s", "-o", "here.gs-c200s"), 2, "here.gs-c200s: this file exists; name a new file"),
     (("pull", "slewline://cy545", "-o", "a.cy545", "--eeprom"), 2, "--eeprom: the CY545 has one program"),
-    (("pull", "slewline://cy500", "-o", "a.cy500"), 2, "cy500: is on a bus and cannot be read back"),
-    (("push", "slewline://cy525", "p.cy525"), 2, "a program that cannot be verified is not sent"),
+    (("pull", "slewline://cy500", "-o", "a.cy500"), 2, "cy500 is on a bus and cannot be read back"),
+    (("push", "slewline://cy525", "p.cy525"), 2, "might be executed instead of stored"),
     (("pull", "slewline://gs-c200s", "-o", "a.gs-c200s", "--baud", "19200"), 2, "--baud 19200: not a rate of the"),
     (("pull", "slewline://gs-c200s", "-o", "a.gs-c200s", "--from", "5"), 2, "--from 5: the program of a"),
     (

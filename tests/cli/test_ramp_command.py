@@ -143,11 +143,11 @@ def test_a_plot_shows_the_requested_move_or_the_shortest_that_reaches_its_rate(
 
 
 WRONG = [
-    (("cy999",), "no chip 'cy999'; there are: cy525"),
+    (("cy999",), "no chip 'cy999'; available: cy525"),
     (("cy525", "R"), "'R': give a parameter and its value, such as R=100"),
     (("cy525", "R=1", "r=2"), "cy525: r is given twice; give one value"),
-    ((*CY, "time=3", "--steps", "4"), "cy525: no parameter 'time'; there are: F, R, S, Z"),
-    ((*CY, "part=3"), "cy525: no parameter 'part'; there are: F, R, S, Z"),
+    ((*CY, "time=3", "--steps", "4"), "cy525: no parameter 'time'; available: F, R, S, Z"),
+    ((*CY, "part=3"), "cy525: no parameter 'part'; available: F, R, S, Z"),
     (("cy525", "F=3", "R=200", "S=1"), "cy525: R '200'; allowed 0..127"),
     (("cy525", "F=3", "R=9"), "cy525: no value for S (acceleration"),
     ((*CY, "--time", "1 s", "--accel", "4 steps/s2"), "exactly one goal: time, acceleration or steps"),

@@ -472,7 +472,7 @@ def test_links_in_the_place_of_temporary_files_are_not_followed(call, five, monk
 def test_a_link_in_the_place_of_a_layout_is_not_followed(call, five, name):
     Path(name).symlink_to("victim")
     ran = call("run", five, "--vcd", "x.vcd", "--layout")
-    assert ran.status == 2 and f"{name}: is a symbolic link, which is not followed here" in ran.err
+    assert ran.status == 2 and f"{name} is a symbolic link, which is not followed here" in ran.err
     assert not Path("victim").exists() and not Path("x.vcd").exists()
 
 

@@ -105,7 +105,7 @@ def test_a_module_with_checksums_and_an_address_is_found(talk):
 WRONG = {
     "no port": (["/dev/ttyUSB77", "--part", "gs-c200s"], "/dev/ttyUSB77: No such file or directory"),
     "no part": ([GSC], "Missing --chip; for example:"),
-    "a part on a bus": ([GSC, "--part", "cy500"], "cy500: is on a bus and cannot be read back"),
+    "a part on a bus": ([GSC, "--part", "cy500"], "cy500 is on a bus and cannot be read back"),
     "a rate": ([GSC, "--part", "gs-c200s", "--baud", "9601"], "--baud 9601: not a rate of the GS-C200S"),
 }
 

@@ -102,9 +102,9 @@ def test_a_firmware_that_runs_is_not_started_a_second_time():
 
 
 def test_a_missing_channel_or_pin_in_a_sheet_is_named():
-    with pytest.raises(SheetError, match=r"^toy: needs a FlowBus among its channels; it has none: add one"):
+    with pytest.raises(SheetError, match=r"^toy needs a FlowBus among its channels; it has none: add one"):
         SHEET.through(FlowBus)
-    with pytest.raises(SheetError, match=r"^toy: needs a pin with the role 'ready', but none has this role"):
+    with pytest.raises(SheetError, match=r"^toy needs a pin with the role 'ready', but none has this role"):
         SHEET.in_role("ready")
 
 

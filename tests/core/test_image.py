@@ -105,7 +105,7 @@ def test_a_file_that_is_called_hex_is_read_as_such(tmp_path) -> None:
     (tmp_path / "x.hex").write_bytes(b"N 1\r")
     with pytest.raises(BenchFileError, match=r"x\.hex, line 1: 'N 1' is not a record"):
         read_image(tmp_path / "x.hex")
-    with pytest.raises(BenchFileError, match=r"y\.hex: cannot be read: No such file"):
+    with pytest.raises(BenchFileError, match=r"y\.hex cannot be read: No such file"):
         read_image(tmp_path / "y.hex")
     with pytest.raises(UsageError, match="there is no directory"):
         write_image(tmp_path / "none" / "x.hex", b"")

@@ -143,7 +143,7 @@ def test_a_missing_required_option_is_requested():
     row = Option("image", "bytes", ..., "what it holds")
     assert row.required and row.shown == "" and row.data()["required"] and row.data()["default"] is None
     assert checked("x", [row], {"image": b"A"}) == {"image": b"A"}
-    with pytest.raises(UsageError, match="x: needs the option image: text, bytes"):
+    with pytest.raises(UsageError, match="x needs the option image: text, bytes"):
         checked("x", [row], {})
 
 

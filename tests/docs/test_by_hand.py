@@ -121,6 +121,21 @@ def test_the_keyboard_reaches_everything(page):
     assert page.locator(".by-hand path.kept").count() == 1
 
 
+def test_the_first_curve_has_its_final_width(page):
+    page.add_init_script(
+        """
+        window.curves = new Set();
+        const note = () => document.querySelectorAll(".by-hand path.curve")
+            .forEach((one) => window.curves.add(one.getAttribute("d")));
+        new MutationObserver(note).observe(document, { childList: true, subtree: true, attributes: true });
+        """
+    )
+    page.reload()
+    page.wait_for_selector(".by-hand path.curve")
+    page.wait_for_timeout(300)
+    assert page.evaluate("window.curves.size") == 1
+
+
 def test_a_curve_that_is_kept_stays_until_another_part_is_chosen(page):
     drawn = page.locator(".by-hand path.curve").get_attribute("d")
     page.get_by_role("button", name="Keep this curve").click()

@@ -211,7 +211,7 @@ def test_the_instants_of_the_first_and_the_last_byte_are_those_of_the_page(x):
     strobes = seen[:4], [us - seen[-4] + 15 for us in seen[-4:]]  # INSTROBE falls 15 us after the request
     shown = [
         [int(us) for us in re.findall(r"\| (\d+) \|$", table, re.MULTILINE)]
-        for table in FLOW.split("carriage return makes")
+        for table in FLOW.split("carriage return, completes")
     ]
     assert strobes[0] == [15, *shown[0][1:]] == [15, 16, 26, 187]
     assert (shown[1], strobes[1]) == ([0, 26, 209, 226], [15, 16, 26, 226])

@@ -16,6 +16,7 @@ VIEWS = {"wide": (1400, 900, "light"), "phone": (390, 844, "light"), "dark": (14
 UNSEEN = Path(__file__).with_name("screens.js").read_text("utf-8")
 UNSEEN = UNSEEN[UNSEEN.index("() =>") :]
 DARK = "getComputedStyle(document.body).backgroundColor.match(/\\d+/g).every((one) => one < 64)"
+FRAME = "new Promise((drawn) => requestAnimationFrame(() => setTimeout(drawn)))"
 
 
 def seen(page, view):
@@ -23,6 +24,7 @@ def seen(page, view):
     width, height, scheme = VIEWS[view]
     page.set_viewport_size({"width": width, "height": height})
     page.emulate_media(color_scheme=scheme)
+    page.evaluate(FRAME)  # what a script draws has the new width then
     assert page.evaluate(DARK) == (scheme == "dark")
     return page.evaluate(UNSEEN)
 

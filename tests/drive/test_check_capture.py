@@ -30,7 +30,7 @@ ROW = tuple(MS + n * 500 * US for n in range(40))
 
 def test_a_good_recording(tmp_path):
     found = check_capture(written(wave(), tmp_path / "a.vcd"), XY, driver="DM542")
-    assert found.good and not found.notes and [row.verdict for row in found.limits] == ["kept"] * 4
+    assert found.good and not found.notes and [row.verdict for row in found.limits] == ["met"] * 4
     (axis,) = found.axes
     assert str(axis).startswith("x: 190 steps, 120 forward and 70 back, ends at 50")
     assert axis.jitter is not None and axis.jitter.rms_ps < 41_667
@@ -70,7 +70,7 @@ def test_deviations_explained_by_sampling_are_not_violations(tmp_path):
     of = steps(*(at + n * 17_000 for n, at in enumerate(ROW)), high=960_000)
     found = check_capture(written(of, tmp_path / "a.vcd", 12), XY, driver="A4988")
     row = found.limits[0]
-    assert row.kept and row.doubtful and row.shortest_ps < US and row.verdict == "kept, within 83.434 ns"
+    assert row.kept and row.doubtful and row.shortest_ps < US and row.verdict == "met, within 83.434 ns"
     less = steps(*(at + n * 17_000 for n, at in enumerate(ROW)), high=750_000)
     assert not check_capture(written(less, tmp_path / "b.vcd", 12), XY, driver="A4988").good
     coarse = check_capture(written(steps(*ROW), tmp_path / "c.vcd", 1), XY, driver="A4988")
@@ -113,7 +113,7 @@ def test_a_driver_that_steps_at_both_edges(tmp_path):
 def test_a_driver_by_the_times_of_its_data_sheet(tmp_path, subtests):
     path = written(steps(*ROW), tmp_path / "a.vcd")
     found = check_capture(path, XY, driver="high 30 us, low 30 us")
-    assert [row.verdict[:11] for row in found.limits] == ["VIOLATED 40", "kept"]
+    assert [row.verdict[:11] for row in found.limits] == ["VIOLATED 40", "met"]
     assert check_capture(path, XY, driver=" high 5 us ").good
     for driver, says in {
         "high 5 us, high 5 us": "'high'; allowed high, low, setup, hold, each once, such as 'high 30 us",

@@ -148,7 +148,7 @@ def test_the_refusals_of_a_system_have_a_remedy():
     assert "another program" in _refused(OSError(16, "Device or resource busy"))
     assert "list_ports" in _refused(OSError(25, "Inappropriate ioctl for device"))
     assert _refused(OSError("Could not configure port: (25, 'Inappropriate ioctl for device')")).startswith(
-        "is not a serial port; "
+        "not a serial port; "
     )
 
 

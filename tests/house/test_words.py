@@ -108,6 +108,18 @@ def test_each_kind_is_found_in_names(kind, name, planted) -> None:
     assert (f"{area}_names", kind) in found and (area in NAMED or area == "tests")
 
 
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        ("{}: is a directory; give the name of a file in it", "{} is a directory; give the name of a file in it"),
+        ("{}: cannot be read: {}", "{} cannot be read: {}"),
+        ("no port {}; there are: {}", "no port {}; available: {}"),
+    ],
+)
+def test_a_message_is_a_sentence_from_its_subject_on(before: str, after: str) -> None:
+    assert [place.kind for place in banned(before)] == ["literal"] and banned(after) == []
+
+
 def test_a_quotation_is_not_read_and_neither_is_code() -> None:
     assert not banned('The manual says "the motor stands still, as it is told".')
     assert not banned(prose("The end.\n\n```text\nanew\n```\nThe edges are told apart by `somebody`.\n"))

@@ -110,6 +110,8 @@ KINDS: dict[str, dict[str, str]] = {
         r"\bbeside\b": "next to, besides, compared with",
         r"(?<!all )\bbut for\b": "except, apart from",
         r"\bwants\b": "needs, requests or expects",
+        r"\{\}: (?:is|has|contains|cannot be) (?:an?|no|not|empty|given|read|written|open)\b": "no colon before a verb",
+        r"\bthere are: (?=\{\})": "available:",
         r"\bgoing to happen\b": "deadlock: no event is pending, so ... cannot become true",
         r"\bthat is over; it is\b": "... is in the past; the time is ...",
         r"\bstill to come; it is\b": "... is in the future; the time is ...",

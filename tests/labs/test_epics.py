@@ -241,7 +241,7 @@ def test_a_zero_resolution_and_an_endless_unit_are_refused():
 @pytest.mark.parametrize(
     ("name", "says"),
     [
-        ("", "record name '': is empty; allowed 1 to 55 letters, digits and _ - + : ; < > [ ] { }, without a field"),
+        ("", "record name '': empty; allowed 1 to 55 letters, digits and _ - + : ; < > [ ] { }, without a field"),
         ("lab:m1.VAL", "record name 'lab:m1.VAL': names the field 'VAL'; allowed 1 to 55 letters"),
         ("lab:m1.VAL", "without a field name; write lab:m1"),
         ("lab:m1.", "ends in a dot; allowed 1 to 55 letters"),

@@ -35,7 +35,7 @@ def test_capitals_of_a_name_do_not_count_and_hexadecimal_is_a_number() -> None:
 
 
 @rows(("values", "error", "says"), [
-    ({"F": 3, "R": 100, "Q": 1}, UnknownName, "cy525: no parameter 'Q'; there are: F, R, S, Z, ramp_unit, ramp_jumps"),
+    ({"F": 3, "R": 100, "Q": 1}, UnknownName, "cy525: no parameter 'Q'; available: F, R, S, Z, ramp_unit, ramp_jumps"),
     ({"F": 3, "f": 3}, UsageError, "cy525: f is given twice; give one value"),
     ({"F": 3}, UsageError, r"no value for R \(maximum step rate, 0\.\.127\), S \(acceleration, "),
     ({"F": 3, "R": 128, "S": 1}, UsageError, r"cy525: R 128; allowed 0\.\.127, or text such as '4000 steps/s'"),

@@ -114,7 +114,7 @@ class EdgeRotor(Part):
         self.followed = field
         turn = (field - self.position) % 4
         if turn == 2:
-            self.finding("rotor-lost", "the field jumped to the opposite side: a real rotor could turn either way")
+            self.finding("rotor-lost", "the field jumped by 180 electrical degrees: a real rotor could turn either way")
         else:
             self.position += {0: 0, 1: 1, 3: -1}[turn]
 

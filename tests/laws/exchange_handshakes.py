@@ -158,9 +158,12 @@ def base(seed: int) -> Dialogue:
 
 def dialogues(seed: int, number: int) -> list[Dialogue]:
     """So many dialogues that say the same, disturbed each in another way."""
-    quiet = base(seed)
-    rnd = Random(f"exchange handshakes {seed} disturbed")
-    world = played(Strobed, quiet, "recorded", seed)
+    return disturbed(base(seed), number, Random(f"exchange handshakes {seed} disturbed"))
+
+
+def disturbed(quiet: Dialogue, number: int, rnd: Random, disturber: type[Disturbed] = Disturbed) -> list[Dialogue]:
+    """Make so many of one that nothing disturbs."""
+    world = played(Strobed, quiet, "recorded", quiet.seed)
     marks = edges_of(world, tuple(f"x.{name}" for name in LINES))[:400]
     if len(marks) < 3:
         marks = [MS, 2 * MS, 3 * MS]
@@ -168,11 +171,11 @@ def dialogues(seed: int, number: int) -> list[Dialogue]:
     for each in range(number):
         first = rnd.randrange(len(marks) - 2)
         near = marks[first : first + rnd.choice((20, 60, 400))]
-        maker = Disturbed(rnd, near, Strobed.wires, tuple(f"x.{name}" for name in LINES))
+        maker = disturber(rnd, near, Strobed.wires, tuple(f"x.{name}" for name in LINES))
         maker.selects = () if quiet.part == "cy500" else maker.selects
         for _ in range(rnd.choice((0, 1, 1, 2, 3, 6))):
             maker.disturb()
         acts = maker.made()
         until = max([near[-1], *(act.at for act in acts)]) + rnd.choice((US, MS, 20 * MS))
-        made.append(Dialogue(seed * 100 + each, quiet.part, quiet.sent, quiet.options, until, acts))
+        made.append(Dialogue(quiet.seed * 100 + each, quiet.part, quiet.sent, quiet.options, until, acts))
     return made

@@ -6,13 +6,15 @@ from random import Random
 from typing import Any
 
 from slewline.core.wires.receiver import Receiver
+from slewline.parts.hosts.ends.adaptive_uart import AdaptiveUart
 
 from .exchanges import MS, NS, US, Dialogue, Disturber, World, edges_of
 
 BAUDS = {300: (1, 1, 0), 9600: (0, 0, 0)}  # by the straps br0 to br2: some of the table, others are tested elsewhere
 SAID = ("F", "V1", "V2", "S10", "T100", "R20", "+30", "-5", "Po", "Px", "E", "Q", "H+", "A1", "C1", "Z", "K", "X9", "")
-ASKED = ("? P", "? R", "? N", "N 20", "R 50", "+", "G", "B 1", "? Q", "O 81H")
+ASKED = ("? P", "? R", "? N", "N 20", "R 50", "+", "G", "B 1", "? Q", "O 81H", "O 0A0H", "O 0A0H")
 ENDS = ("\r",) * 12 + ("\r\n", "\n", "")
+CUT = "ask", "change_line", "drop", "heed", "parallel", "power", "space"  # what may cut off a line
 
 
 class Told(World):
@@ -48,9 +50,14 @@ class Told(World):
             self.glances.append((self.bench.now_ps, what, self.levels()[:2]))
 
     def left(self) -> dict[str, Any]:
-        """What is left; that two disagree is heard when somebody looks, and a listener looks at every instant."""
+        """What is left; that two disagree is heard when somebody looks, as a listener does at every instant.
+
+        So does a host of a CY545 that cuts off a line.
+        """
         found = super().left()
-        if any(act.what == "listen" for act in self.dialogue.acts):
+        if any(
+            act.what == "listen" or (act.what in CUT and "fixed" in self.dialogue.options) for act in self.dialogue.acts
+        ):
             for key in ("noted", "findings"):
                 found[key] = [note for note in found[key] if note[1] != "conflict"]
         return found
@@ -78,6 +85,18 @@ class Told(World):
 
     def drop(self) -> None:
         self.host.drop()
+
+    def heed(self, on: bool | None) -> None:
+        """Obey CTS or not; only the host of a CY545 can."""
+        if hasattr(self.host, "heed"):
+            self.host.heed(on)
+
+    def parallel(self, byte: int) -> None:
+        """Another host begins a command over the bus of a CY545, while that of the line speaks."""
+        if self.dialogue.part.startswith("cy545"):
+            for bit in range(8):
+                self.bench.pin(f"x.db{bit}").drive(byte >> bit & 1)
+            self.bench.pin("x.io_request").pulse(0, 500 * US)
 
     def hook(self) -> None:
         """Somebody hears every character from now on."""
@@ -108,7 +127,8 @@ class Disturbed(Disturber):
 
     def more(self, what: str, at: int) -> None:
         rnd = self.rnd
-        kind = rnd.choice(("ask", "got", "space", "drop", "hook", "line", "received", "power", "send", "write", "wire"))
+        kinds = "ask", "got", "space", "drop", "hook", "line", "received", "power", "send", "write", "wire"
+        kind = rnd.choice((*kinds, "heed", "parallel"))
         soon = rnd.choice((US, MS, 3 * MS, 20 * MS, 200 * MS, 1000 * MS))
         if kind == "ask":
             self.act(at, "ask", rnd.choice(("F", "V1", "? P")), soon, within=False)
@@ -119,6 +139,10 @@ class Disturbed(Disturber):
             self.act(at + self.width(), "space", False, within=False)
         elif kind in ("drop", "hook"):
             self.act(at, kind, within=False)
+        elif kind == "heed":
+            self.act(at, "heed", rnd.choice((True, False, None)), within=False)
+        elif kind == "parallel":
+            self.act(at, "parallel", rnd.choice((0x4E, 0x2B, 0xFF)), within=False)
         elif kind == "line":
             self.act(at, "change_line", *rnd.choice(((9600, 7, "odd", 2), (300, 7, "odd", 2), (9600, 8, "none", 1))))
         elif kind == "received":
@@ -163,13 +187,14 @@ def base(seed: int) -> Dialogue:
 def played(dialogue: Dialogue, twin: bool, seed: int, recorded: bool) -> Told:
     """Play a dialogue; as the twin, in which no line is taken as a whole."""
     whole, Receiver.whole_lines = Receiver.whole_lines, not twin
+    longest, AdaptiveUart.longest = AdaptiveUart.longest, 1 if twin else AdaptiveUart.longest
     try:
         world = Told(dialogue, seed if twin else None)
         for name in world.wires if recorded else ():
             world.record(name)
         world.play()
     finally:
-        Receiver.whole_lines = whole
+        Receiver.whole_lines, AdaptiveUart.longest = whole, longest
     return world
 
 

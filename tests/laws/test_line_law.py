@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import replace
 
 import pytest
 
@@ -10,9 +11,10 @@ from slewline.core.wires.receiver import Receiver
 from tests.ensembles import few
 
 from . import exchange_lines
-from .exchanges import differences
+from .exchanges import MS, Act, differences
 
 VARIANTS = 5  # of one dialogue
+TOLD = (1, 18, 27, 42, 53, 87, 104, 207, 646, 716, 1979, 13966)  # seeds, each of which has shown a fault
 ORDERS = 8  # of the tasks in each round: an act within a run may come before or after a character of its instant
 QUIET = {"strapped": 9600, "baud": None, "checked": False, "addresses": (None,), "lenient": False}
 
@@ -40,6 +42,11 @@ def test_a_line_that_is_disturbed_leaves_what_single_characters_leave(block: int
     agree(range(block * 100, block * 100 + 12))
 
 
+@pytest.mark.parametrize("seed", TOLD)
+def test_dialogues_that_once_parted_from_single_characters_agree(seed: int) -> None:
+    agree(range(seed, seed + 1))
+
+
 @pytest.mark.long
 @pytest.mark.timeout(6000)
 @pytest.mark.parametrize("block", range(10))
@@ -56,6 +63,24 @@ def test_a_quiet_dialogue_takes_lines_whole_and_its_twin_none() -> None:
         worlds = [exchange_lines.played(exchange_lines.base(seed), twin, seed, recorded=not twin) for seed in range(12)]
         entries[twin] = sum(next(world.bench.kernel.order) for world in worlds)
     assert entries[False] < 0.8 * entries[True], entries
+
+
+def test_another_host_of_a_cy545_begins_in_the_instant_in_which_a_character_arrives() -> None:
+    """Then the first character of a command on the line has to wait, and those after it are no part of a command."""
+    dialogue = exchange_lines.Dialogue(0, "cy545b", "N 20\rR 50\r", {"fixed": 9600, "baud": 9600}, 40 * MS)
+    arrived: list[int] = []
+    world = exchange_lines.Told(dialogue, None)
+    world.chips[0]._serial._event.net.watch(lambda net: arrived.append(net.kernel.now))
+    taken, Receiver.whole_lines = Receiver.whole_lines, False
+    try:
+        world.play()
+    finally:
+        Receiver.whole_lines = taken
+    assert len(arrived) >= 10
+    for at in arrived:
+        acts = [Act(at, "parallel", (0x4E,), within=True)]
+        pair = [exchange_lines.played(replace(dialogue, acts=acts), twin, 0, False) for twin in (False, True)]
+        assert not differences(*pair)
 
 
 @pytest.mark.parametrize("how", ["got", "function"])

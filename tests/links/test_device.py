@@ -125,6 +125,6 @@ def test_a_file_other_than_a_serial_port_is_reported(lockstep, tmp_path):
     server, line = lockstep()
     (tmp_path / "file").touch()
     for name in ("/dev/null", str(tmp_path / "file")):
-        with pytest.raises(UsageError, match=f"^{name}: is not a serial port; name a serial port that exists"):
+        with pytest.raises(UsageError, match=f"^{name}: not a serial port; name a serial port that exists"):
             server.serial(line, name)
     server.close()

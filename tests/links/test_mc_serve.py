@@ -481,10 +481,10 @@ def test_a_bench_file_serves_chipsets_next_to_modules(serve, client, folder):
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (["--pty", "x"], "mc1451a: has no serial line for --pty; use --tcp"),
-        (["--rfc2217", "127.0.0.1:0"], "mc1451a: has no serial line for --rfc2217; use --tcp"),
-        (["--serial", "/dev/null"], "mc1451a: has no serial line for --serial; use --tcp"),
-        (["--tcp", "127.0.0.1:0", "--framing"], "mc1451a: is served as registers, which need no framing"),
+        (["--pty", "x"], "mc1451a has no serial line for --pty; use --tcp"),
+        (["--rfc2217", "127.0.0.1:0"], "mc1451a has no serial line for --rfc2217; use --tcp"),
+        (["--serial", "/dev/null"], "mc1451a has no serial line for --serial; use --tcp"),
+        (["--tcp", "127.0.0.1:0", "--framing"], "mc1451a is served as registers, which need no framing"),
         (["--tcp", "127.0.0.1:0", "--state", "d"], "--state stores EEPROMs, but a mc1451a has none; leave out --state"),
         (["--tcp", "0.0.0.0:0"], "--allow-remote"),
         (["--tcp", "127.0.0.1:0", "--lockstep", "--rate", "2"], "leave out --rate"),

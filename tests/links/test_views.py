@@ -144,8 +144,11 @@ def test_an_entry_that_grows_after_many_others_is_reported():
     assert [*dialogue.changed(dialogue.touched, dialogue.number)] == []
 
 
-def test_a_view_that_is_older_than_a_stop_is_sent_before_it(client, monkeypatch):
-    """A view is compared in several turns of the loop, and time may pause between two of them."""
+def test_no_view_after_a_stop_is_older_than_it(client, monkeypatch):
+    """A view is compared in several turns of the loop, and time may pause between two of them.
+
+    What has been found by then is sent before the stop; the rest is compared again, together with the pause.
+    """
     monkeypatch.setattr(control, "GATHER_S", -1.0)  # one piece of the view in each turn
     bench = slewline.Bench()
     bench.add("cy525", name="x")
@@ -160,6 +163,7 @@ def test_a_view_that_is_older_than_a_stop_is_sent_before_it(client, monkeypatch)
             (one,) = port.clients
             server.pace.go()
             one.notify(one.watching)
+            bench.chips["x"].pin("abort").drive(0)
             server.pace.pause_time()
             server.breakpoints.stopped("a breakpoint")
 
@@ -167,3 +171,7 @@ def test_a_view_that_is_older_than_a_stop_is_sent_before_it(client, monkeypatch)
         older, stopped = ask.answer(), ask.answer()
         assert older["event"] == "view" and older["view"]["pace"]["paused"] is False
         assert (stopped["event"], stopped["why"]) == ("stopped", "a breakpoint")
+        threaded.do(lambda: [one.notify(one.watching) for one in port.clients])
+        later = ask.answer()
+        assert later["event"] == "view" and later["view"]["chips"]["x"]["levels"]["abort"] == 0
+        assert later["view"]["pace"]["paused"] is True

@@ -164,8 +164,8 @@ def test_unsolicited_text_is_noted_and_not_taken_for_an_answer(module):
         ("cy545", {"address": 2}, r"--address: not supported by the CY545"),
         ("cy525", {"checked": True}, r"--checksum: not supported by the CY525"),
         ("cy525", {"baud": 300}, r"--baud 300: not a rate of the CY525; allowed 115200, 57600,"),
-        ("cy500", {}, r"cy500: is on a bus and cannot be read back"),
-        ("mc1451a", {}, r"mc1451a: has a port for packets, but no serial line"),
+        ("cy500", {}, r"cy500 is on a bus and cannot be read back"),
+        ("mc1451a", {}, r"mc1451a has a port for packets, but no serial line"),
     ],
 )
 def test_missing_commands_of_the_part_are_refused(part, given, says):

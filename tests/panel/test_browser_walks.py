@@ -147,7 +147,7 @@ def test_twelve_spots_are_welded_with_the_controls_of_the_page(walk, bench, size
         page.button("Run").click()
         table = page.part("table, workpieces")
         finished = table.locator(".figures > div", has_text="finished").locator("dd")
-        page.until(lambda: finished.text_content() == "1")
+        page.until(lambda: finished.text_content() in ("1", "2"))  # the second one follows in half a second
         page.picture("weld_half")
         page.until(lambda: finished.text_content() == "2")
         page.page.get_by_role("img", name="carriage carriage, 12 spots").wait_for()
@@ -218,7 +218,7 @@ def other_way(page, by_slider):
         page.button("Run there").click()
     page.until(lambda: abs(page.seconds() - (now - 5)) < 0.01)
     page.page.get_by_label("Branch", exact=True).wait_for()
-    assert 0 < page.position() < there
+    page.until(lambda: 0 < page.position() < there)
     assert page.button("Go").is_visible()
     before = page.position()
     page.pin("ui1").click()

@@ -16,6 +16,29 @@ UNANSWERED = """
 const send = WebSocket.prototype.send;
 WebSocket.prototype.send = function (text) { if (!text.includes('"said"')) send.call(this, text); };
 """
+CONNECTIONS = """() => {
+    const place = document.getElementById("connection");
+    window.connections = [];
+    new MutationObserver(() => window.connections.push(place.className)).observe(place, { attributes: true });
+}"""
+LATE_FRAMES = "window.requestAnimationFrame = (draw) => setTimeout(() => draw(performance.now()), 150);"
+PRESSES = """async (keys) => {  // each as soon as the page shows the level of the one before
+    const pin = document.querySelector(".pin[aria-label*=' abort, ']");
+    const shows = (level) => new Promise((resolve, reject) => {
+        const timer = setTimeout(() => reject(new Error(`abort is ${pin.dataset.level}, not ${level}`)), 15000);
+        new MutationObserver((_, observer) => {
+            if (pin.dataset.level !== level) return;
+            clearTimeout(timer);
+            observer.disconnect();
+            resolve();
+        }).observe(pin, { attributes: true });
+    });
+    for (const key of keys) {
+        const shown = shows(key);
+        pin.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true }));
+        await shown;
+    }
+}"""
 HEAVIEST = 300_000  # bytes of the whole page
 pytestmark = pytest.mark.system
 at_both_sizes = pytest.mark.parametrize("size", SIZES, indirect=True)
@@ -42,6 +65,7 @@ def opened(browser, panel, size):
         one.on("request", lambda asked: wrong.append(asked.url) if panel.host not in asked.url else None)
         one.goto(url)
         one.wait_for_selector(".chip-card .figure")
+        one.wait_for_selector(".clock:not(:empty)")  # a card may be drawn before all else
         return one
 
     yield page
@@ -87,6 +111,14 @@ def test_time_is_paused_and_let_go(opened, served):
     assert not served.do(lambda: served.server.pace.paused)
 
 
+def test_the_last_change_is_shown_even_if_frames_are_late(opened):
+    """While time is paused no other view follows, so a level that is not drawn would stay so."""
+    page = opened(script=LATE_FRAMES)
+    page.get_by_role("button", name="Pause", exact=True).click()
+    page.get_by_role("button", name="Go", exact=True).first.wait_for()
+    page.evaluate(PRESSES, ["0", "1"] * 10)
+
+
 def test_without_the_token_nothing_can_be_worked(opened, panel):
     page = opened(panel.origin)
     assert "read-only" in page.locator("#connection").text_content()
@@ -126,13 +158,14 @@ def test_a_program_is_assembled_with_its_problems_in_place(opened):
     assert page.locator(".gutter-line").nth(2).get_attribute("class") == "gutter-line error"
 
 
-def test_a_program_is_loaded_and_a_breakpoint_set_with_the_keyboard(opened, served):
+def test_a_program_is_loaded_and_a_breakpoint_set_with_the_keyboard(opened, served, size):
     page = opened()
+    last = f"S {size['height'] // 10}"  # the listing may still show the program of the other size
     page.get_by_role("tab", name="Editor").click()
-    page.get_by_role("textbox", name="Program", exact=True).fill("E\nR 100\nS 200\nQ")
+    page.get_by_role("textbox", name="Program", exact=True).fill(f"E\nR 100\n{last}\nQ")
     page.get_by_role("button", name="Load").click()
     listing = page.get_by_role("listbox", name="Program of x")
-    listing.get_by_role("option").first.wait_for()
+    listing.get_by_role("option", name=last).wait_for()
     listing.focus()
     page.keyboard.press("Home")
     page.keyboard.press("Enter")
@@ -145,8 +178,9 @@ def test_a_program_is_loaded_and_a_breakpoint_set_with_the_keyboard(opened, serv
 def test_a_page_that_was_cut_off_comes_back(opened, served, script):
     page = opened(script=script)
     control = served.server.ports[0]
+    page.evaluate(CONNECTIONS)  # it is off for a quarter of a second
     served.do(lambda: [client.gone("") for client in list(control.clients)])
-    page.locator("#connection.off").wait_for()
+    page.wait_for_function("() => window.connections.includes('connection off')")
     page.locator("#connection.on").wait_for()
     before = page.locator(".clock").text_content()
     page.wait_for_function("text => document.querySelector('.clock').textContent !== text", arg=before)
@@ -183,7 +217,7 @@ def test_an_unreached_position_is_reported_with_the_cause_of_waiting(opened, ser
     page.get_by_role("tab", name="Editor").click()
     page.get_by_role("textbox", name="Program", exact=True).fill("E\nD 65535\nD 65535\nS 200\nQ\nX\n")
     page.get_by_role("button", name="Run", exact=True).click()
-    page.get_by_role("listbox", name="Program of x").get_by_role("option").nth(1).wait_for()
+    page.get_by_role("listbox", name="Program of x").get_by_role("option", name="6: S 200").wait_for()
     steps(page)
     page.get_by_label("Run to", exact=True).select_option("address")
     page.get_by_label("Target of the run").fill("6")

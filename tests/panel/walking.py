@@ -100,6 +100,7 @@ class Walk:
         page.add_init_script(TELLS)
         page.goto(url)
         page.locator(".chip-card .figure").first.wait_for()
+        page.locator(".clock:not(:empty)").wait_for()  # a card may be drawn before all else
 
     def button(self, name, within=None):
         """Return a button by its whole name."""

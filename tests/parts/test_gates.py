@@ -121,7 +121,7 @@ def test_the_standard_wiring_joins_the_pins_of_the_part_to_the_chip():
 
 def test_unknown_kinds_and_options_are_refused_with_what_there_is():
     bench = slewline.Bench()
-    with pytest.raises(slewline.SlewlineError, match=r"no part 'modem'; there are: inverter, and"):
+    with pytest.raises(slewline.SlewlineError, match=r"no part 'modem'; available: inverter, and"):
         bench.part("modem")
     with pytest.raises(slewline.UsageError, match=r"uart: no option 'speed'; its options: baud, bits"):
         bench.part("uart", speed=9600)

@@ -320,7 +320,7 @@ def test_a_bench_file_names_a_file_with_the_image(tmp_path) -> None:
 @pytest.mark.parametrize(
     ("file", "more", "says"),
     [
-        ("none.bin", "", r"b.toml, line 2: \[\[part\]\] 1: .*none.bin: cannot be read: No such file"),
+        ("none.bin", "", r"b.toml, line 2: \[\[part\]\] 1: .*none.bin cannot be read: No such file"),
         ("../dump.bin", "", "found '../dump.bin', outside the folder of the bench file"),
         ("b.toml", 'image = "x"', "file: given together with image; give one of the two"),
         ("long.bin", "", "an image of 70000 bytes; allowed up to 65536"),

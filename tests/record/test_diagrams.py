@@ -158,7 +158,7 @@ def test_dense_edges_are_a_band():
 def test_times_at_arrows_say_what_is_printed_and_are_coloured():
     limit = Limit("a falls", "b falls", "", "", least=50 * US, symbol="t1")
     for last, says, dark in (
-        (60, "t1 = 50 µs  (min. 50 µs: kept)", False),
+        (60, "t1 = 50 µs  (min. 50 µs: met)", False),
         (59, "t1 = 49 µs  (min. 50 µs: violated)", True),
     ):
         arrow = Interval("x.a falls", "x.b falls", 10 * US, last * US, (Bound.of(limit, 1),))

@@ -154,7 +154,7 @@ def test_own_name_must_not_be_a_link(tmp_path):
     (tmp_path / "real").write_text("old")
     (tmp_path / "link").symlink_to("real")
     with pytest.raises(
-        UsageError, match=r"link: is a symbolic link, which is not followed here; move it away, or use another folder"
+        UsageError, match=r"link is a symbolic link, which is not followed here; move it away, or use another folder"
     ):
         WholeFile(tmp_path / "link", own=True)
     assert (tmp_path / "real").read_text() == "old"
@@ -289,7 +289,7 @@ def test_an_irregular_file_is_written_in_place(tmp_path):
 
 def test_full_disk_is_reported_and_leaves_nothing():
     with (
-        pytest.raises(UsageError, match="/dev/full: cannot be written: No space left on device"),
+        pytest.raises(UsageError, match="/dev/full cannot be written: No space left on device"),
         WholeFile("/dev/full") as file,
     ):
         file.write(b"x" * 1_000_000)

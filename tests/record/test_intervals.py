@@ -133,7 +133,7 @@ def test_the_ends_of_a_limit_belong_to_it(shortest, longest, kept):
 def test_an_interval_is_printed_with_its_limits():
     limit = Limit("a falls", "b rises", "width", "", least=50 * NS, most=2 * US, symbol="t6")
     bound, typical = Bound.of(limit, 1), Bound.of(Limit("a falls", "b rises", "", "", typical=US), 1)
-    assert str(Interval("x.a falls", "x.b rises", 0, 80 * NS, (bound,))) == "t6 = 80 ns (min. 50 ns, max. 2 µs: kept)"
+    assert str(Interval("x.a falls", "x.b rises", 0, 80 * NS, (bound,))) == "t6 = 80 ns (min. 50 ns, max. 2 µs: met)"
     assert str(Interval("", "", 5, 5 + 49 * NS, (bound,))) == "t6 = 49 ns (min. 50 ns, max. 2 µs: VIOLATED)"
     assert str(Interval("", "", 0, 7, (typical,))) == "t = 7 ps (typ. 1 µs)"
     assert Interval("", "", 0, 7, (typical,)).kept is None
@@ -153,8 +153,8 @@ def test_a_table_of_limits():
     assert table.violated == (row,)
     assert [each.kept for each in table] == [False, None, None]
     assert str(table).splitlines() == [
-        "       time   data sheet  seen  shortest  longest",
-        "x t14  a low  min. 50 ns     3     48 ns    50 ns  VIOLATED 2 times, first at 1 µs, by the host",
+        "       time   data sheet  count  shortest  longest",
+        "x t14  a low  min. 50 ns      3     48 ns    50 ns  VIOLATED 2 times, first at 1 µs, by the host",
         "not seen: x t14 a low",
         "a not recorded: x t14 a low",
     ]

@@ -100,7 +100,7 @@ def test_names(parse):
     small = parse(SMALL)
     assert "x.slew" in small and "slew" in small and "y.slew" not in small and 3 not in small
     assert edges(small, "slew") == edges(small, "x.slew")
-    with pytest.raises(UnknownName, match=r"no signal 'pulse'; there are: x\.slew, x\.db, x\.speed, x\.text$"):
+    with pytest.raises(UnknownName, match=r"no signal 'pulse'; available: x\.slew, x\.db, x\.speed, x\.text$"):
         small.edges("pulse")
     text = "$timescale 1 ns $end $scope module a $end $var wire 1 ! d $end $upscope $end "
     text += "$scope module b $end $var wire 1 % d $end $var wire 1 ! e $end $upscope $end $enddefinitions $end\n#0 1!\n"
@@ -116,7 +116,7 @@ def test_names(parse):
 def test_of_many_names_a_message_lists_twelve(parse, count, more):
     names = [f"n{chr(ord('a') + n)}" for n in range(count)]
     wires = "".join(f"$var wire 1 {name[1]} {name} $end\n" for name in names)
-    with pytest.raises(UnknownName, match=f"there are: {', '.join(names[:12])}{more}$"):
+    with pytest.raises(UnknownName, match=f"available: {', '.join(names[:12])}{more}$"):
         parse(f"$timescale 1 ns $end\n{wires}$enddefinitions $end\n#0\n").edges("pulse")
 
 

@@ -152,7 +152,7 @@ def test_an_entry_point_is_a_name_like_ours(installed, call):
     status, out, _ = call("chips")
     assert status == 0 and out.splitlines()[-1] == "mx10        MX10 stepper controller"
     assert json.loads(call("chips", "--json")[1])[-1] == {"chip": "mx10", "title": "MX10 stepper controller"}
-    with pytest.raises(UnknownName, match=r"no chip 'mx11'; there are: cy525, .*, mx10; did you mean mx10\?"):
+    with pytest.raises(UnknownName, match=r"no chip 'mx11'; available: cy525, .*, mx10; did you mean mx10\?"):
         bench.add("mx11")
 
 
@@ -195,7 +195,7 @@ NO_CHIPS = [
     ("my_lab.leaving:X", "importing my_lab.leaving failed: SystemExit: 3 ("),
     ("my_lab.syntax:X", "importing my_lab.syntax failed: SyntaxError: '(' was never closed ("),
     ("my_lab.syntax:X", "syntax.py, line 1)"),
-    ("my_lab.bare:Bare", "my_lab.bare:Bare: has no sheet; set it in the class"),
+    ("my_lab.bare:Bare", "my_lab.bare:Bare: no sheet; set it in the class"),
     ("my_lab.bare:Odd", "my_lab.bare:Odd: sheet: found 'mx10'; set it in the class"),
     ("my_lab.mx10:", "chip 'my_lab.mx10:': expected module:Class, such as my_lab.mx10:Mx10"),
     (":Mx10", "expected module:Class"),
@@ -216,7 +216,7 @@ def test_an_unknown_chip_is_reported_with_the_remedy(lab, call, subtests):
 
 
 def test_a_class_without_a_sheet_is_reported_as_a_class_too(lab):
-    with pytest.raises(UsageError, match=r"my_lab.bare:Bare: has no sheet"):
+    with pytest.raises(UsageError, match=r"my_lab.bare:Bare: no sheet"):
         slewline.Bench().add(__import__("my_lab.bare").bare.Bare)
 
 
@@ -250,7 +250,7 @@ def test_names_of_a_class_in_addition_to_its_sheet_are_used(lab, call):
     assert slewline.ramp(careful, F=3, R=127, S=200).steps == slewline.ramp("cy525", F=3, R=127, S=200).steps
     assert [quirk.id for quirk in quirks_of(careful)] == ["MX-1"] and quirks_of(NAME) == ()
     status, _, err = call("ramp", NAME, "F=3")
-    assert status == 2 and "my_lab.mx10:Mx10: has no ramp calculator; set `ramps` of the class" in err
+    assert status == 2 and "my_lab.mx10:Mx10: no ramp calculator; set `ramps` of the class" in err
     with pytest.raises(UsageError, match=r"Wrong.checks: found <function slow.*; expected a tuple of functions"):
         checks_of("my_lab.careful:Wrong")
     with pytest.raises(UsageError, match="Wrong: ramps: found 'none'; set `ramps` of the class"):

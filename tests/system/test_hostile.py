@@ -294,7 +294,7 @@ def test_no_option_of_a_journal_imports_or_opens(mark):
 def test_a_state_file_is_never_code_whatever_its_content(content):
     state = Path("x.eeprom")
     state.write_bytes(content)
-    with pytest.raises(SlewlineError, match=r"x.eeprom: is not a slewline memory"):
+    with pytest.raises(SlewlineError, match=r"x.eeprom is not a slewline memory"):
         FileStore(state).read()
     state.write_bytes(packed(content))  # and where it is one, it is what it is
     assert FileStore(state).read() == content
@@ -339,7 +339,7 @@ NEEDS = [
     (DRIVE | {"t": -1}, "line 3: drive: t: found -1; allowed picoseconds, 0 to 9223372036854775807"),
     (DRIVE | {"t": 1.5}, "line 3: drive: t: found 1.5; allowed picoseconds"),
     (DRIVE | {"t": 5, "round": 1, "pin": "x.bell"}, "line 3: x (cy525) has no pin 'bell'; its pins"),
-    (POWER | {"chip": "y"}, "line 3: the bench has no 'y'; there are: x"),
+    (POWER | {"chip": "y"}, "line 3: the bench has no 'y'; available: x"),
     (ADD | {"t": 0, "crystal_hz": "fast"}, 'line 3: add: crystal_hz: found "fast"; allowed a whole number or null'),
     ({"do": "dance", "t": 0}, "line 3: unknown entry 'dance'; allowed journal, add, part, host"),
 ]

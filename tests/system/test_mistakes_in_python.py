@@ -34,7 +34,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'slewline.Drive(mb, m.axis(1), "twin")',
         "UsageError",
-        "position 0, at rest>: is an axis; give its chip, and axis=1",
+        "position 0, at rest>: expected a chip, found an axis of one; give the chip, and axis=1",
     ),
     (
         'slewline.Drive(gb, g, "twin", inputs="A1=home")',
@@ -266,7 +266,7 @@ MISTAKES = [  # the line, the error, the end of its message
         "UnknownName",
         "gpib_device, gpib_controller, gpib_interrupts, workpieces, welder; did you mean uart?",
     ),
-    ('b.part("inverter", to="y")', "UnknownName", "the bench has no 'y'; there are: x, host"),
+    ('b.part("inverter", to="y")', "UnknownName", "the bench has no 'y'; available: x, host"),
     (
         'b.part("switch")',
         "UsageError",
@@ -301,7 +301,7 @@ MISTAKES = [  # the line, the error, the end of its message
     ),
     ('b.wire("x.slew", "x.slew")', "WiringError", "x.slew to x.slew: both ends are the same pin or bus; give"),
     ('b.wire("x.slew", "slew")', "UnknownName", "pin 'slew': give owner and pin, such as 'x.slew'"),
-    ('b.wire("x.slew", "y.wait")', "UnknownName", "the bench has no 'y'; there are: x, host"),
+    ('b.wire("x.slew", "y.wait")', "UnknownName", "the bench has no 'y'; available: x, host"),
     (
         'b.wire("x.db", "x.wait")',
         "WiringError",
@@ -315,8 +315,8 @@ MISTAKES = [  # the line, the error, the end of its message
     ),
     ('b.pin("slew")', "UnknownName", "pin 'slew': give owner and pin, such as 'x.slew'"),
     ("b.pin(3)", "UnknownName", "pin 3: give owner and pin, such as 'x.io_request'"),
-    ('b["y"]', "UnknownName", "the bench has no 'y'; there are: x, host"),
-    ("b[0]", "UnknownName", "the bench has no 0; there are: x, host"),
+    ('b["y"]', "UnknownName", "the bench has no 'y'; available: x, host"),
+    ("b[0]", "UnknownName", "the bench has no 0; available: x, host"),
     ("b.x", "NoSuchAttribute", "bench has no 'x'; chips and parts are found by their names: bench[\"x\"]"),
     ("b.cy525", "NoSuchAttribute", "bench has no 'cy525'; a chip is put on it: x = bench.add(\"cy525\")"),
     ('b.send("A 0\\r")', "NoSuchAttribute", "bench has no 'send'; bench.host(x).send(...), with x = bench.add(...)"),
@@ -383,7 +383,7 @@ MISTAKES = [  # the line, the error, the end of its message
         "TimeError",
         "from 2 s to 1 s: the window ends before it begins; give an earlier start, or a later end",
     ),
-    ('b.quantity("x.speed")', "UnknownName", "no quantity 'x.speed'; there are: x.velocity, x.position"),
+    ('b.quantity("x.speed")', "UnknownName", "no quantity 'x.speed'; available: x.velocity, x.position"),
     ("b.figure(ax=3)", "UsageError", "ax: np.int64(3); expected matplotlib axes, such as those of plt.subplots()"),
     (
         'b.figure(cursors=["99 s"])',
@@ -397,7 +397,7 @@ MISTAKES = [  # the line, the error, the end of its message
     ),
     ('b.figure(axes="y")', "UnknownName", "axes: no axis 'y'; allowed x, or numbers from 1"),
     ("b.figure(axes=7)", "UnknownName", "axes: no axis 7; allowed x, or numbers from 1"),
-    ('b.figure(parts="motor")', "UnknownName", "parts: no quantity 'motor'; there are: none"),
+    ('b.figure(parts="motor")', "UnknownName", "parts: no quantity 'motor'; available: none"),
     (
         "b.figure(runs=[b])",
         "UsageError",
@@ -507,11 +507,11 @@ MISTAKES = [  # the line, the error, the end of its message
         "has no attribute 'GSC200S'; a chip is put on a bench: slewline.Bench().add(\"gs-c200s\")",
     ),
     ("slewline.Benc", "AttributeError", "module 'slewline' has no attribute 'Benc'; did you mean Bench?"),
-    ('slewline.load("none.toml")', "BenchFileError", "none.toml: cannot be read: No such file or directory"),
+    ('slewline.load("none.toml")', "BenchFileError", "none.toml cannot be read: No such file or directory"),
     (
         'slewline.replay("none.jsonl")',
         "BenchFileError",
-        "journal none.jsonl: cannot be read: No such file or directory",
+        "journal none.jsonl cannot be read: No such file or directory",
     ),
     (
         'slewline.ramp("cy525", F=3)',
@@ -526,7 +526,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'slewline.ramp("cy525", f_=3)',
         "UnknownName",
-        "cy525: no parameter 'f_'; there are: F, R, S, Z, ramp_unit, ramp_jumps; did you mean F?",
+        "cy525: no parameter 'f_'; available: F, R, S, Z, ramp_unit, ramp_jumps; did you mean F?",
     ),
     (
         'slewline.ramp("cy255", F=3)',
@@ -543,8 +543,8 @@ MISTAKES = [  # the line, the error, the end of its message
         "TimeError",
         "time 1: a bare number is picoseconds; write its unit, such as '1 ms' or '1 ps'",
     ),
-    ('slewline.read_vcd("none.vcd")', "UsageError", "none.vcd: cannot be read: No such file or directory"),
-    ('slewline.read_image("none.bin")', "BenchFileError", "none.bin: cannot be read: No such file or directory"),
+    ('slewline.read_vcd("none.vcd")', "UsageError", "none.vcd cannot be read: No such file or directory"),
+    ('slewline.read_image("none.bin")', "BenchFileError", "none.bin cannot be read: No such file or directory"),
     (
         'slewline.write_image("a.bin", "text")',
         "UsageError",

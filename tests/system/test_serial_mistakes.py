@@ -298,10 +298,10 @@ MISTAKES = (
     row("a rate in a URL", opened, "gs-c200s?baud=9600", words="no option 'baud': straps set its rate: br0=0, br1=0, br2=0"),
     row("a rate for the server", command, "gs-c200s", "--tcp", "127.0.0.1:0", "--baud", "9600", words="--baud 9600: straps set its rate|br0=0, br1=0, br2=0|--strap br0=0"),
     row("a port of Windows as a link", command, "gs-c200s", "--pty", "COM3", words="COM3 is the name of a port on Windows, for --serial|give the path of a link, such as /tmp/COM3"),
-    row("a port of Windows", command, "gs-c200s", "--serial", "COM3", words="COM3: is the name of a port on Windows; on this system a serial port is /dev/ttyUSB0"),
+    row("a port of Windows", command, "gs-c200s", "--serial", "COM3", words="COM3: the name of a port on Windows; on this system a serial port is /dev/ttyUSB0"),
     row("a serial port that is not there", command, "gs-c200s", "--serial", "/dev/ttyUSB77", words="/dev/ttyUSB77: No such file or directory; name a serial port that exists"),
-    row("a TCP port as a serial port", command, "gs-c200s", "--serial", "socket://127.0.0.1:4001", words="is an address, not a serial port; name a device, such as /dev/ttyUSB0 or COM3; --tcp opens a TCP port"),
-    row("an address as a serial port", command, "gs-c200s", "--serial", "127.0.0.1:4001", words="127.0.0.1:4001: is an address, not a serial port"),
+    row("a TCP port as a serial port", command, "gs-c200s", "--serial", "socket://127.0.0.1:4001", words="an address, not a serial port; name a device, such as /dev/ttyUSB0 or COM3; --tcp opens a TCP port"),
+    row("an address as a serial port", command, "gs-c200s", "--serial", "127.0.0.1:4001", words="127.0.0.1:4001: an address, not a serial port"),
     row("text to a port of registers", registers, b"GET_VRSN\r\n", words="mc1151a_isa  no-request: |b'GE' (text, it seems) is not a request|a port for registers, with two bytes per request|docs/howto/serve_registers.md"),
 )
 # fmt: on

@@ -165,7 +165,7 @@ def test_numbers_and_instants_may_come_out_of_arrays(moving):
 
 @pytest.mark.parametrize("what", [None, "200", 200.0], ids=repr)
 def test_objects_that_steps_cannot_be_compared_with(gs_c200s, what):
-    with pytest.raises(UsageError, match="expected a number of steps, instants, or the steps of another run"):
+    with pytest.raises(UsageError, match="expected the number of steps, their instants, or the steps of another run"):
         gs_c200s.assert_steps(what)
     with pytest.raises(UsageError, match=r"assert_steps\(<gs-c200s on url: .*such as other\.chip\.steps\(\)"):
         gs_c200s.assert_steps(gs_c200s)

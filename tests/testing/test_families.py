@@ -123,7 +123,7 @@ def test_a_module_on_a_line_may_have_a_host_as_well(gs_c200s):
 
 @pytest.mark.slewline(on="url")
 def test_a_part_without_a_line_has_no_url(slewline_module):
-    with pytest.raises(UsageError, match="cy525: has no serial line"):
+    with pytest.raises(UsageError, match="cy525 has no serial line"):
         slewline_module("cy525")
 
 

@@ -27,7 +27,11 @@ MISTAKES = [  # arguments, what the test does or the marker says, the end of the
     ("gs_c200s", "gs_c200s.pin('slew')", "has no pin 'slew'; its pins: sel0"),
     ("gs_c200s", "gs_c200s.pin('ui1').drive('low')", "level 'low'; allowed 0, 1"),
     ("gs_c200s", "gs_c200s.pin('ui1').level = 0", "write pin.drive(0)"),
-    ("gs_c200s", "gs_c200s.assert_steps('200')", "expected a number of steps, instants, or the steps of another run"),
+    (
+        "gs_c200s",
+        "gs_c200s.assert_steps('200')",
+        "expected the number of steps, their instants, or the steps of another run",
+    ),
     ("gs_c200s", "gs_c200s.assert_steps(0, since=0.5)", "a float would be rounded"),
     ("gs_c200s", "gs_c200s.assert_steps(0, axis=2)", "has no axis 2; its only axis is 1"),
     ("gs_c200s", "gs_c200s.assert_steps(0, direction='cw')", "allowed +1 (clockwise), -1, or None for either"),
@@ -47,7 +51,7 @@ MISTAKES = [  # arguments, what the test does or the marker says, the end of the
         "strap chs=2; a strap sets an input to 0 or 1",
     ),
     ("gs_c200s", "gs_c200s.faults.drop_byte()", "faults has no 'drop_byte'; write faults.lost_byte()"),
-    ("slewline_ports", "slewline_ports({'COM3': 'gs-c200s'})['COM4']", "no port 'COM4'; there are: COM3"),
+    ("slewline_ports", "slewline_ports({'COM3': 'gs-c200s'})['COM4']", "no port 'COM4'; available: COM3"),
     ("slewline_ports", "slewline_ports(['COM3'])", 'expected modules, keyed by port, such as {"COM3": "gs-c200s"}'),
     ("slewline_ports", "slewline_ports({'COM3': 'cy525'})", "only parts with a serial line, and only with on='url'"),
 ]

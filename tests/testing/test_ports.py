@@ -211,7 +211,7 @@ def test_a_program_finds_its_adapter_in_the_list_of_ports(slewline_ports):
 @pytest.mark.parametrize(
     ("usb", "says"),
     [
-        ({"COM7": {}}, "usb: no port 'COM7'; there are: COM3"),
+        ({"COM7": {}}, "usb: no port 'COM7'; available: COM3"),
         ({"COM3": {"serial": "A5"}}, "usb of COM3: no key 'serial'; allowed vid, pid, serial_number"),
         ({"COM3": {"vid": "0403"}}, "usb of COM3: vid '0403'; allowed 0 to 0xFFFF"),
         ({"COM3": {"pid": 1 << 16}}, "usb of COM3: pid 65536; allowed 0 to 0xFFFF"),

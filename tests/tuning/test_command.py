@@ -85,7 +85,7 @@ def test_jobs_are_processes_and_a_map_takes_all_processors(monkeypatch: pytest.M
 
 
 @pytest.mark.parametrize(("arguments", "says"), [
-    (("--grid", "Q=3"), "cy525: no parameter 'Q'; there are: F, R, S, Z, ramp_unit, ramp_jumps"),
+    (("--grid", "Q=3"), "cy525: no parameter 'Q'; available: F, R, S, Z, ramp_unit, ramp_jumps"),
     (("--grid", "F="), "cy525: F '': no values; allowed a range such as 3..10"),
     (
         ("--grid", "F=0..127 R=0..127 S=1..255"),

@@ -91,7 +91,7 @@ def test_neighbours_differ_by_one_value_of_one_parameter() -> None:
 
 
 @pytest.mark.parametrize(("part", "text", "error", "says"), [
-    ("cy525", "Q=1", UnknownName, "cy525: no parameter 'Q'; there are: F, R, S, Z, ramp_unit, ramp_jumps"),
+    ("cy525", "Q=1", UnknownName, "cy525: no parameter 'Q'; available: F, R, S, Z, ramp_unit, ramp_jumps"),
     ("cy525", "F", UsageError, "cy525: grid 'F'; give parameters and their values, such as S=1..254/8"),
     ("cy525", "3 F=1", UsageError, "cy525: grid '3'; give parameters"),
     ("cy525", "F=3 F=4", UsageError, "cy525: F is given twice; give its values once"),

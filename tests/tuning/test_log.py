@@ -175,7 +175,7 @@ def test_the_log_of_another_version_is_refused(path: Path, monkeypatch: pytest.M
 @pytest.mark.parametrize("content", [b"a text\n", b"notes", b"{}\n", b"[1]\n", b'{"do":"journal"}\n', b"\x00\xff\n"])
 def test_a_file_other_than_a_log_is_left_unchanged(path: Path, content: bytes) -> None:
     path.write_bytes(content)
-    with pytest.raises(UsageError, match=r"tune.jsonl: is not the log of a sweep; name a new file"):
+    with pytest.raises(UsageError, match=r"tune.jsonl is not the log of a sweep; name a new file"):
         sweep(path)
     assert path.read_bytes() == content
 

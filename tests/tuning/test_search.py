@@ -138,14 +138,14 @@ def test_moves_of_the_same_steps_are_judged_once() -> None:
 class Shuffled(Executor):
     """Computes what it has at random, much later than it was asked."""
 
-    def __init__(self, seed: int) -> None:
-        self.random, self.pool = Random(seed), ThreadPoolExecutor(1)
+    def __init__(self, seed: int, longest_s: float = 0.0005) -> None:
+        self.random, self.longest_s = Random(seed), longest_s
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         future: Future[Any] = Future()
         self.random.random()
 
-        def work(pause: float = self.random.random() / 2000) -> None:
+        def work(pause: float = self.random.random() * self.longest_s) -> None:
             sleep(pause)
             if future.set_running_or_notify_cancel():
                 future.set_result(fn(*args, **kwargs))
@@ -183,6 +183,18 @@ def test_the_result_does_not_depend_on_the_computing_process(
     assert together.best is not None and together.runs_here >= together.runs
 
 
+def test_no_run_that_was_judged_ahead_is_judged_again() -> None:
+    judged: list[str] = []
+
+    def noted(run: Trial) -> Verdict:
+        judged.append(run.scenario.name)
+        return Verdict(False, 0.0, 1.0)
+
+    workers = Workers(Shuffled(7, 0.02), 9, "")
+    search(task("gs-c200s", "S=10 T=300 R=400"), workers, judge=noted, switching=False)
+    assert len(judged) == len(set(judged)) == 20
+
+
 class Held(ThreadPoolExecutor):
     """One thread, which does the first runs, and the others when six are in flight or after 5 s."""
 
@@ -208,12 +220,18 @@ class Held(ThreadPoolExecutor):
         return self.futures[-1]
 
 
-def test_an_executor_has_two_runs_in_flight_for_each_processor(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    ("grid", "perturb"),
+    [("S=10 T=100..400/12 R=20,40", "none"), pytest.param("S=10 T=300 R=400", None, id="one candidate, judged ahead")],
+)
+def test_an_executor_has_two_runs_in_flight_for_each_processor(
+    monkeypatch: pytest.MonkeyPatch, grid: str, perturb: str | None
+) -> None:
     monkeypatch.setattr("slewline.tuning.tune_ramp.cpu_count", lambda: 3)
     with Held() as pool:
         tune(
             "gs-c200s", motor="QSH4218-51-10-049", driver="24 V, 1 A averaged", load="friction 5 mNm", steps=200,
-            grid="S=10 T=100..400/12 R=20,40", perturb="none", full_map=True, executor=pool,
+            grid=grid, full_map=True, executor=pool, **({"perturb": perturb} if perturb else {}),
         )  # fmt: skip
     assert pool.most == 6
 

@@ -275,7 +275,7 @@ class Circuit:
             if name in owners:
                 return owners[name]
         names = [*self.chips, *self.parts]
-        raise UnknownName(f"the bench has no {name!r}; there are: {', '.join(names) or 'none yet'}{hint(name, names)}")
+        raise UnknownName(f"the bench has no {name!r}; available: {', '.join(names) or 'none yet'}{hint(name, names)}")
 
     def pin(self, name: str) -> Terminal:
         """Return a pin by its full name, for example "x.slew".

@@ -114,9 +114,10 @@ class PortRequest(NamedTuple):
 
 # -------------------------------------------------------------------------------------------------------------- reading
 class BenchFile:
-    """A bench file in memory: its `tables`, and its text, which is searched for the line numbers in messages.
+    """A bench file in memory: its `tables`, and its text, in which the line numbers for messages are found.
 
-    `text`: used instead of the contents of the file; file names in it are still relative to the file's folder.
+    `text`: the text to use instead of the contents of the file;
+    file names in it are still relative to the file's folder.
     """
 
     def __init__(
@@ -243,7 +244,7 @@ class BenchFile:
         return bench
 
     def staged(self, **options: Any) -> tuple[Bench, list[tuple[Host, Script]]]:
-        """Return the bench that the file describes, and its hosts, each with its script, which is not queued yet."""
+        """Return the bench that the file describes, and its hosts, each paired with its script, not yet queued."""
         self.check_times()
         programs = self.programs()
         bench = Bench(seed=self.tables.bench.seed, **options)
@@ -336,7 +337,7 @@ class BenchFile:
                 known = ", ".join(bench.chips) or "none"
                 raise self.error(
                     (key, number, "chips"),
-                    f"no chip {name!r} on the bench; there are: {known}{hint(name, bench.chips)}",
+                    f"no chip {name!r} on the bench; available: {known}{hint(name, bench.chips)}",
                 )
         return [bench.chips[name] for name in names]
 

@@ -28,7 +28,7 @@ OnBus = TypeVar("OnBus", "BusHost", "PacketHost", "FlowHost")
 
 
 class HostRequest(NamedTuple):
-    """The request for a host on some chips of a circuit, over a channel that all of them have."""
+    """A request for a host on some chips of a circuit, over a channel that all of them have."""
 
     circuit: Circuit
     chips: Sequence[Any]

@@ -8,21 +8,23 @@
     rerun                              R..........m..............now          the same bench, with the input at m
     (G, R: recorded inputs; m: the instant of a new one)
 
-A running bench cannot be copied.  So a second bench, the shadow, plays the journal of the first with a delay, so that
-it never passes an instant at which an input may still be inserted (`Past.follow`).  To change the past,
-the shadow plays on (from R above), with the new inputs inserted among the old ones.  The cost is that of
-the run from that point on, regardless of how long the bench ran before.  Each new run uses up one shadow.
+A running bench cannot be copied.  Therefore a second bench, the shadow, plays the journal of the
+first with a delay, so that it never passes an instant at which an input may still be inserted
+(`Past.follow`).  To change the past, the shadow plays on (from R above), with the new inputs
+inserted among the old ones.  The cost is that of the run from that point on, regardless of how long
+the bench ran before.  Each new run uses up one shadow.
 
 A server can also go back in another process: `links/time/server_past.py`.
 
-The journal of the new bench begins like the old one, contains the new inputs among the entries that follow, and is then
-continued.  It records exactly the inputs that the new bench has played: replaying it repeats the same
-run bit for bit.
+The journal of the new bench begins like the old one, contains the new inputs among the entries that
+follow, and is then continued.  It records exactly the inputs that the new bench has played:
+replaying it repeats the same run bit for bit.
 
-Memories.  A shadow keeps the memory of a chip or part in the model, and never touches its file.  With
-`go_on` the new bench takes over that file.  The file then gets the content that the new run has stored; it
-is not written if it has this content already.  If a disk refused a write in the old run, the write is
-refused again when the owner of the memory makes the same call in the new run.
+Memories.  A shadow keeps the memory of a chip or part in the model, and never touches its
+file.  With `go_on` the new bench takes over that file.  The content that the new run has stored is
+then written to the file, unless the file has this content already.  If a disk refused a write in
+the old run, the write is refused again when the owner of the memory makes the same call in the new
+run.
 """
 
 from __future__ import annotations
@@ -292,7 +294,7 @@ class Instant:
 
 
 def merged(rest: bytes, at: int, more: list[Entry], without: Collection[int]) -> Iterator[bytes]:
-    """Yield the lines of `rest`, a journal from byte offset `at` on, with the entries `more` inserted by time.
+    """Yield the lines of `rest`, a journal from byte offset `at` on; insert the entries `more` in order of time.
 
     Lines at the byte offsets `without`, and an incomplete last line, are left out.
     """

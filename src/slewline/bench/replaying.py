@@ -169,7 +169,7 @@ class Companion(Protocol):
         """Take note of an entry that has been executed, and of its result if it is an input."""
 
     def due(self, to_ps: int) -> tuple[int, Callable[[], object]] | None:
-        """Return the instant (ps) of its next action, and the action, if it is due by `to_ps`; else None."""
+        """Return the instant (ps) of the companion's next action, and the action, if due by `to_ps`; else None."""
 
 
 class Player:
@@ -284,7 +284,7 @@ def _located(found: Entries, number: int, what: str) -> Iterator[None]:
     except BenchFileError:
         raise  # with its line
     except STRANGE as error:
-        message = str(error) if isinstance(error, SlewlineError) else f"{what}: cannot be executed: {error!r}"
+        message = str(error) if isinstance(error, SlewlineError) else f"{what} cannot be executed: {error!r}"
         raise found.error(number, message) from error
 
 

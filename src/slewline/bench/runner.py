@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sized
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol, cast
 
@@ -12,10 +12,10 @@ from ..core.time.timebase import Time, picoseconds, readable
 from ..core.wires.net import Net
 from ..core.wires.pin import Condition
 from ..errors import Timeout, UsageError
+from ..parts.base.part import Part
 
 if TYPE_CHECKING:
     from ..core.chip import Chip
-    from ..parts.base.part import Part
     from .circuit import Circuit
 
 NEVER_PS = 1 << 80
@@ -115,10 +115,11 @@ class Runner:
         self.streams: list[TimedStream] = []  # written as time passes
         self._idle = FunctionCondition(self._all_idle, "all queues to be empty and all chips idle")
         self._busy: Chip | Part | None = None  # the first busy one at the last check
+        self._queued: Sized = ()  # its requests
         self._forget_ps = NEVER_PS if circuit.keep_ps is None else circuit.keep_ps  # when the past is dropped next
 
     def at(self, time: Time, function: Callable[[], object]) -> None:
-        """Call a function in the first round of an instant, when all levels still read as before the instant.
+        """Call a function in the first round of an instant, when all levels still read as they did before it.
 
         Args:
             time: the instant, counted from time 0, not in the past: "12 ms", or picoseconds (0, or at least
@@ -212,7 +213,7 @@ class Runner:
             self._forget(self.kernel.now)
 
     def _forget(self, now: int) -> None:
-        """Drop data that is too old to be kept; the next time to do so is `keep_ps` after `now` (ps)."""
+        """Drop data that is too old to keep; the next such clean-up is due `keep_ps` after `now` (ps)."""
         self.circuit.forget()
         self._forget_ps = now + (self.circuit.keep_ps or NEVER_PS)
 
@@ -251,7 +252,7 @@ class Runner:
         self._until(self._condition("run_until", condition), timeout)
 
     def let_pass(self, met: Callable[[], bool], what: str, timeout: Time) -> None:
-        """Run until a condition is met, for a host's method that waits for it; `what` names it in messages."""
+        """Run until the condition that a host's method waits for is met; `what` names the condition in messages."""
         self._until(FunctionCondition(met, what), timeout)
 
     def conclude(self) -> None:
@@ -266,11 +267,12 @@ class Runner:
             self.outside.record("conclude")
 
     def _all_idle(self) -> bool:
-        if self._busy is not None and not self._busy.idle:  # check it first
+        if self._queued or (self._busy is not None and not self._busy.idle):  # check it first, after every instant
             return False
         for owner in self.circuit.owners():
             if not owner.idle:
-                self._busy = owner
+                self._busy, queue = owner, owner.queue if isinstance(owner, Part) else None
+                self._queued = () if queue is None else queue.requests
                 return False
         return True
 
@@ -364,7 +366,7 @@ class Runner:
         await self._awaited(loop, self._condition("until", condition), timeout)
 
     async def until_idle(self, timeout: Time = "60 s") -> None:
-        """Wait, in an asyncio task, until every host queue is empty and every chip idle; raise as `until` does."""
+        """Wait, in an asyncio task, until every host queue is empty and every chip is idle; raise as `until` does."""
         await self._awaited(virtual_loop("until_idle"), self._idle, timeout)
         self.conclude()
 

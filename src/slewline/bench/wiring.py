@@ -64,7 +64,7 @@ def met(own: Terminal, role: str, axis: int, neighbour: Chip | Part) -> Terminal
 
 
 def as_needed(row: Pin) -> Pin:
-    """Return a copy of a pin whose `active` is replaced by `sense`, the level at which its role is active.
+    """Return a copy of a pin with its `active` replaced by `sense`, the level at which its role is active.
 
     The two levels differ if the pin is named for the opposite of its role.
     """

@@ -175,7 +175,7 @@ def ramps_of(part: str | type[Chip], options: Mapping[str, Any] | None = None) -
 
     found = _named(part, "ramps", None)
     if not isinstance(found, Calculator):
-        wrong = "has no ramp calculator" if found is None else f"ramps: found {found!r}"
+        wrong = "no ramp calculator" if found is None else f"ramps: found {found!r}"
         raise UsageError(
             f"{_called(part)}: {wrong}; set `ramps` of the class to a Calculator of language/ramp_answers.py"
         )
@@ -212,6 +212,6 @@ def _called(part: str | type[Chip]) -> str:
 def _sheet(cls: type[Chip]) -> Sheet:
     found = getattr(cls, "sheet", None)
     if not isinstance(found, Sheet):
-        wrong = "has no sheet" if found is None else f"sheet: found {found!r}"
+        wrong = "no sheet" if found is None else f"sheet: found {found!r}"
         raise UsageError(f"{CATALOGUE.name_of(cls)}: {wrong}; set it in the class: sheet = Sheet(...)")
     return found

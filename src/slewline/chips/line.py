@@ -1,4 +1,4 @@
-"""The common base of chips on a serial line: they receive text lines, and process and answer one at a time.
+"""The common base of chips on a serial line: they receive text lines, and process and answer them one at a time.
 
     rxd   ... characters ... CR                               a carriage return ends a line; then
     txd                         |<- turnround ->| answer CR   the line is executed, and takes effect with its answer
@@ -168,7 +168,7 @@ class LineInterface:
         await self.receiver.receive(self._receive, self._passed, _line_end)
 
     def _passed(self, data: bytes) -> None:
-        """Add characters to the line; they have no faults, and none of them is a CR or an LF."""
+        """Add fault-free characters to the line; none of them is a CR or an LF."""
         room = self.longest - len(self._coming)
         self._coming += data[: max(room, 0)]
         self._too_long |= len(data) > room
@@ -347,7 +347,7 @@ class LineChip(InLines, Chip):
         return ""
 
     def busy(self, on: bool) -> None:
-        """Show, if the chip has a pin for it, that a line is in progress (True) or finished (False)."""
+        """Show on a pin, if the chip has one for this, that a line is in progress (True) or finished (False)."""
 
     def refresh_idle(self) -> None:
         """Update `idle` after something has begun or ended."""

@@ -78,24 +78,24 @@ def read_program(path: str, source: bool = False) -> str:
     """
     if source and is_named_hex(path):
         raise BenchFileError(
-            f"{path}: contains program bytes, judging by its extension; slewline dis {path} --chip CHIP converts them "
+            f"{path} contains program bytes, judging by its extension; slewline dis {path} --chip CHIP converts them "
             "to commands"
         )
     text = program_text(path, sys.stdin.buffer.read() if path == STDIN else None)
     for pattern, what in ((VCD, "vcd"), (LISTING, "listing"), (NOTEBOOK, "ipynb")):
         if pattern.match(text) and not is_named_hex(path):
-            raise BenchFileError(f"{path}: is not a program but {NO_PROGRAMS[what]}")
+            raise BenchFileError(f"{path} is not a program but {NO_PROGRAMS[what]}")
     for number, line in enumerate(text.splitlines(), 1):
         if len(line) > LONGEST:
             found = f"{path}, line {number}: {len(line)} characters"
             raise BenchFileError(f"{found}; allowed up to {LONGEST}; check the file name")
     if not any(line.split(";", 1)[0].strip() for line in text.splitlines()):
         if (extension := Path(path).suffix[1:].lower()) in NO_PROGRAMS:
-            raise BenchFileError(f"{path}: is not a program but {NO_PROGRAMS[extension]}")
-        raise BenchFileError(f"{path}: has no commands; write one command per line, such as R 100")
+            raise BenchFileError(f"{path} is not a program but {NO_PROGRAMS[extension]}")
+        raise BenchFileError(f"{path} has no commands; write one command per line, such as R 100")
     kind = next((kind for beginning, kind in BEGINNINGS.items() if text.lstrip().startswith(beginning)), None)
     if kind is not None:
-        raise BenchFileError(f"{path}: is not a program but {NO_PROGRAMS.get(kind, kind)}")
+        raise BenchFileError(f"{path} is not a program but {NO_PROGRAMS.get(kind, kind)}")
     return text
 
 
@@ -119,12 +119,12 @@ def chip_of(path: str, chip: str | None, fits: Callable[[Sheet], object] | None 
     if part in names:
         return part
     if Path(path).is_dir():
-        raise UsageError(f"{path}: is a directory; name the files in it")
+        raise UsageError(f"{path} is a directory; name the files in it")
     if part in NO_PROGRAMS:
-        raise UsageError(f"{path}: is not a program but {NO_PROGRAMS[part]}")
+        raise UsageError(f"{path} is not a program but {NO_PROGRAMS[part]}")
     if is_bench(path):
         raise UsageError(
-            f"{path}: is a bench file, judging by its extension; the commands run, lint, serve, panel and debug read "
+            f"{path} is a bench file, judging by its extension; the commands run, lint, serve, panel and debug read "
             "bench files"
         )
     if fits is not None:
@@ -155,7 +155,7 @@ def read_options(path: str | None, part: str | type[Chip]) -> dict[str, Any]:
         return {}
     found = read_toml(path, read_text(path))
     if "chip" in found:
-        raise BenchFileError(f"{path}: is a bench file; allowed: options of a chip, such as rate = 80, one per line")
+        raise BenchFileError(f"{path} is a bench file; allowed: options of a chip, such as rate = 80, one per line")
     sheet = sheet_of(part)
     checked(f"{path}: {sheet.part}", sheet.options, found)
     return found
@@ -222,7 +222,7 @@ class Outputs:
             raise UsageError(f"{path}: this command already uses the file; give each file a different name")
         WholeFile(path, own).discard()
         if os.path.exists(real) and not os.access(real, os.W_OK):
-            raise UsageError(f"{path}: is write-protected")
+            raise UsageError(f"{path} is write-protected")
         self.taken.add(real)
         return path
 
@@ -249,7 +249,7 @@ class Outputs:
 
     # --------------------------------------------------------------------------------------------------- the journal
     def partial(self, path: str | None) -> str | None:
-        """Return the temporary name of a file that grows during a run; `keep` gives the file its final name.
+        """Return the temporary name of a file that grows during a run; `keep` changes it to the final name.
 
         A pipe or a device keeps its own name.  None if `path` is None.
         """

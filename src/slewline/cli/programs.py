@@ -58,7 +58,7 @@ def asm(
     if sheet.enter is not None and not read(text, sheet).blocks:
         enter, leave = (row.form for row in assembly.framing)
         remedy = f"write {enter} above the first of them, and {leave} below the last"
-        raise UsageError(f"{file}: has no program: without {enter}, its commands are host commands; {remedy}")
+        raise UsageError(f"{file} has no program: without {enter}, its commands are host commands; {remedy}")
     if as_json:
         data = json.dumps(assembly_object(assembly), indent=2).encode() + b"\n"
     else:
@@ -168,11 +168,11 @@ def program_bytes(file: str, form: str | None, sheet: Sheet) -> bytes:
     """
     raw = sys.stdin.buffer.read() if file == STDIN else read_file(file)
     if not raw:
-        raise BenchFileError(f"{file}: is empty")
+        raise BenchFileError(f"{file} is empty")
     if form == "bin":
         return raw
     if form is None and (message := no_bytes(file, raw)):
-        raise BenchFileError(f"{file}: has no program bytes: it is {message}")
+        raise BenchFileError(f"{file} has no program bytes: it is {message}")
     if form is None and not is_named_hex(file):
         text = raw.removeprefix(BOM)  # a binary file may begin with these by chance
         digits = b"".join(re.sub(rb";[^\r\n]*", b"", text).split())
@@ -187,7 +187,7 @@ def program_bytes(file: str, form: str | None, sheet: Sheet) -> bytes:
         if form is None and looks_like_source(raw, sheet):
             raise BenchFileError(f"{file}: {SOURCE}") from None
         raise
-    raise BenchFileError(f"{file}: is empty")
+    raise BenchFileError(f"{file} is empty")
 
 
 def no_bytes(file: str, raw: bytes) -> str:

@@ -293,7 +293,7 @@ class RunCommand(BenchOptions):
                 )
 
     def take_script(self, do: str, what: dict[str, Any]) -> None:
-        """If an external input is a script for a host, keep it, to check later whether it is for another chip."""
+        """Keep an external input that is a script for a host, to check later whether it is for another chip."""
         if do == "script":
             self.scripts.append(tuple(what["args"]))
 

@@ -388,7 +388,7 @@ class Chip(Component, OneAxis):
         return [("unfinished", f"{ends}: {self._how_to_end}")]
 
     def _open_entry(self) -> tuple[str, str]:
-        """Return the code and the text of the finding that a host has begun program entry but has not ended it."""
+        """Return the code and text of a finding: a host has begun program entry, but has not yet ended it."""
         enter = self.sheet.enter.form if self.sheet.enter is not None else ""
         text = f"program entry has been open since {enter}: commands are stored, not executed"
         return "unfinished", f"{text}; {' or '.join(row.form for row in self.sheet.leave)} ends it"

@@ -188,7 +188,7 @@ class BlackBox:
         return self.port.write(data)
 
     def fileno(self) -> int | None:
-        """Return a descriptor that a loop can wait for; None if the port has none."""
+        """Return a descriptor on which a loop can wait; None if the port has none."""
         return self.port.fileno()
 
     def reopen(self) -> None:
@@ -228,7 +228,7 @@ def read_line(folder: str | PathLike[str]) -> list[tuple[int, int, str, bytes]]:
     found: list[tuple[int, int, str, bytes]] = []
     paths = [path for name in LINES if (path := Path(folder) / name).exists()]
     if not paths:
-        raise UsageError(f"{folder}: has no black box (line.0.jsonl); name the folder of a session")
+        raise UsageError(f"{folder} has no black box (line.0.jsonl); name the folder of a session")
     for path in paths:
         with opened(path) as file:
             for number, line in enumerate(lines_of(path, file), 1):

@@ -44,7 +44,10 @@ class Cable:
             call()
 
     def send_at(self, tick: int, call: Callable[[], object]) -> None:
-        """Make a call when the board reaches a tick, in order of ticks; now if no steps or calls are pending."""
+        """Make a call when the board reaches a tick; calls are made in order of ticks.
+
+        If no steps or calls are pending, make the call immediately.
+        """
         if not self.in_progress:
             call()
             return

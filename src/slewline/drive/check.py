@@ -175,28 +175,28 @@ class Check:
         self.state, self.talk, self.on_event, self.turn, self.estop = state, talk, on_event, turn, estop
         self.wall, self.clock, self.link = path.wall, path.clock, path.link
 
-    def look(self, seconds: float, priority: str, tell: Callable[[str], object]) -> Checkup:
+    def look(self, seconds: float, priority: str, report: Callable[[str], object]) -> Checkup:
         """Check the board, and return the results; delays are measured for a number of wall-clock seconds.
 
         Args:
             priority: the priority of this process, for the report.
-            tell: called with progress messages, and with instructions for the user.
+            report: called with progress messages, and with instructions for the user.
         """
-        tell(f"slewline: measuring for {seconds:g} s")
+        report(f"slewline: measuring for {seconds:g} s")
         self.clock.worst_round_trip_ns = 0  # a board answers late while it is being opened
         late = measured(seconds, self.wall, self.talk.nap, self.turn)
         _, worst_ns, median_ns = self.clock.round_trip_ns
         load_ms = self.under_load()
         counted = jogged = estop = None
         if self.state.enable:
-            tell(f"slewline: {JOG} steps up, then {JOG} back: watch the motor")
+            report(f"slewline: {JOG} steps up, then {JOG} back: watch the motor")
             jogged = self.jog()
         else:
             self.link.check(PULSES, self.state.board.hz // PULSE_RATE)
             found = self._awaited(Happening.CHECKED, SELF_TEST_S)
             counted = None if found is None else found.position
         if self.estop:
-            tell(f"slewline: open the contact of the emergency stop, within {ESTOP_S:g} s")
+            report(f"slewline: open the contact of the emergency stop, within {ESTOP_S:g} s")
             estop = self._awaited(Happening.ESTOP, ESTOP_S) is not None and not self.talk.power.on
         return Checkup(
             self.state.board,

@@ -67,7 +67,7 @@ class DriveState:
         self.axis, self.kernel = self.chip.axis(self.number).motor, self.bench.kernel
 
     def move(self, bench: Bench) -> None:
-        """Continue on another bench, at the same instant as the present one, and with a chip of the same name."""
+        """Continue on another bench that is at the same instant as this one, with a chip of the same name."""
         self.bench, self.kernel = bench, bench.kernel
         self.chip = bench.chips[self.chip.name]
         self.axis = self.chip.axis(self.number).motor
@@ -149,7 +149,7 @@ class DrivePath:
         return self.feeder.busy or self.state.undecided
 
     def gate(self, call: Callable[[], object], ps: int) -> None:
-        """Make a call when the motor reaches an instant of the model (ps), which is one horizon after that instant.
+        """Make a call when the motor reaches an instant of the model (ps), one horizon after the model does.
 
         If no steps or calls are pending, make the call immediately.
         """
@@ -190,7 +190,10 @@ class Stopping(Protocol):
         """Handle a stop of the board: it outputs no further steps of the model; a stop ramp may follow."""
 
     def halted(self, event: BoardEvent) -> None:
-        """Handle the board's report of rest after a stop; the event has the position and tick of the last step."""
+        """Handle the board's report that it is at rest after a stop.
+
+        The event has the position and tick of the last step.
+        """
 
     def turn(self) -> None:
         """Do the work that is due while the drive is halted; called in each turn."""
@@ -210,7 +213,7 @@ class Movable(Protocol):
         """Stop the motor, by ramping down or, with `at_once`, immediately."""
 
     def move(self, bench: Bench) -> None:
-        """Continue with another bench, at the same instant as the present one, and with a chip of the same name."""
+        """Continue with another bench that is at the same instant as this one, with a chip of the same name."""
 
     def resume(self, position: int, since_ps: int) -> None:
         """Let a stopped board continue: it counts from a position, and outputs the model's steps after `since_ps`."""

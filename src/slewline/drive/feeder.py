@@ -45,7 +45,7 @@ class RecordSink(Protocol):
         """Queue records."""
 
     def start(self, tick: int) -> object:
-        """Start the queued records: the first interval begins at a tick."""
+        """Start the queued records; the first interval begins at the given tick."""
 
     def restart(self, tick: int) -> object:
         """Start, at a tick, the records already on the board, before sending any that wait for free slots."""

@@ -45,7 +45,7 @@ class Alignment:
     def catch_up(self) -> None:
         """Align the model if it leads or lags by over a quarter of the horizon, and no motion is pending.
 
-        Other work of the program may have caused this.
+        Such an offset may be caused by other work of the program.
         """
         if self.state.phase == "ok" and not self.cable.in_progress:
             off = self._ahead(self.clock.ticks(self.wall()))
@@ -117,7 +117,7 @@ class Following:
         self.state.kernel.outside.on_input.remove(self._input)
 
     def move(self, bench: Bench) -> None:
-        """Continue with another bench, at the same instant as the present one, and with a chip of the same name."""
+        """Continue with another bench that is at the same instant as this one, with a chip of the same name."""
         self.detach()
         self.state.move(bench)
         self.path.move()

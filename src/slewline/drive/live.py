@@ -28,8 +28,8 @@ LEAST_WAIT_S = 0.0005
 class Live:
     """The work that a drive does at each of its turns (every 5 ms), to keep board and model together.
 
-    `rewind` takes the model back to the instant at which an input of the board stopped the motor; if it is
-    None, the chip is stopped at the current instant.
+    `rewind` takes the model back to the instant at which an input of the board stopped the motor; if
+    `rewind` is None, the chip is stopped at the current instant.
     """
 
     def __init__(

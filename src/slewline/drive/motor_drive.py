@@ -137,7 +137,7 @@ class Drive:
     ) -> None:
         model: Chip = bench[chip] if isinstance(chip, str) else chip  # type: ignore[assignment]
         if (number := getattr(model, "number", None)) is not None:
-            raise UsageError(f"chip {chip!r}: is an axis; give its chip, and axis={number}")
+            raise UsageError(f"chip {chip!r}: expected a chip, found an axis of one; give the chip, and axis={number}")
         if not hasattr(model, "axis"):
             raise UsageError(f"chip {chip!r}: expected a chip of the bench, or its name; axis=2 selects another axis")
         model.axis(axis)  # check that it exists
@@ -314,7 +314,7 @@ class Drive:
         return self._live.due()
 
     def gate(self, call: Callable[[], object], ps: int) -> None:
-        """Make a call one horizon after an instant of the model (ps); if no steps or calls are pending, immediately."""
+        """Make a call one horizon after an instant of the model (ps), or now if no steps or calls are pending."""
         self._path.gate(call, ps)
 
     def run(self, duration: Time) -> None:

@@ -51,7 +51,7 @@ class Power:
 
     @property
     def bears_silence(self) -> bool:
-        """True while the board would not switch the driver off after a second without a message from the host."""
+        """True while a second without a message from the host would not make the board switch the driver off."""
         state, off = self.state, self.off
         hold = state.config.enable_hold * HOLD_TICKS
         return not self.on or off == EnableOff.NEVER or (off == EnableOff.HALT and hold > state.board.hz)

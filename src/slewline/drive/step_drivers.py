@@ -86,7 +86,7 @@ def own_driver(text: str) -> StepDriver:
     """Return a driver defined by its data sheet times: "high 30 us, low 30 us, setup 5 us, hold 5 us".
 
     Raises:
-        UsageError: an unknown key, a key that is given twice, or neither `high` nor `low`.
+        UsageError: a key is unknown or is given twice, or neither `high` nor `low` is given.
         TimeError: the text after a key is not a time.
     """
     found: dict[str, int] = {}

@@ -238,7 +238,7 @@ def identified(port: BoardPort, wall: Callable[[], int], wait: Callable[[float],
         wait: waits for a number of seconds.
 
     Raises:
-        UsageError: no board answers, or this version does not know the board.
+        UsageError: no board answers, or this version does not support the board.
     """
     decoder, begun, hellos = Decoder(), wall(), 0
     while (passed := wall() - begun) <= SET_UP_S * 10**9:

@@ -73,7 +73,7 @@ def checked_horizon(horizon: Time) -> int:
 
 
 def checked_driver(driver: str | None, enable: bool) -> None:
-    """Check that a driver to be enabled has been named.
+    """Check that the driver has been named if it is to be enabled.
 
     Raises:
         UsageError: no driver is named.
@@ -110,7 +110,7 @@ def outputs_of(board: BoardModel, chip: Chip, wiring: Mapping[str, str] | None) 
                 f"output {name!r} of the board; allowed {', '.join(printed)}{exchanged(name, pin, printed)}"
             )
         if printed.index(name.upper()) in found:
-            raise UsageError(f"output {name}: is given twice; leave one out")
+            raise UsageError(f"output {name} is given twice; leave one out")
         if any(row.name == pin for row in chip.sheet.pins if row.in_out == "in"):
             raise UsageError(
                 f"output {name}: {pin} is an input of {chip.name}; an input of the board can set it: "

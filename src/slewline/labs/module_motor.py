@@ -58,7 +58,7 @@ class ModuleMotor:
         self.values, _ = read(calculator, values, self.crystal_hz, search=False)
         self.goto = next(iter(self.sheet.acting("goto")), None)
         if self.goto is None:
-            raise UsageError(f"{self.sheet.part}: has no command that moves to a position; use a part that has one")
+            raise UsageError(f"{self.sheet.part} has no command that moves to a position; use a part that has one")
         self.homing = next((row for row in self.sheet.acting("home") if row.args[0].sign == "alone"), None)
         self.presetting = next(iter(self.sheet.acting("preset")), None)
         stops = {row.at_once: row for row in self.sheet.commands if row.at_once}
@@ -174,7 +174,7 @@ class ModuleMotor:
         """
         if self.homing is None:
             raise UsageError(
-                f"{self.sheet.part}: has no homing command with a selectable direction; send the homing command of the "
+                f"{self.sheet.part} has no homing command with a selectable direction; send the homing command of the "
                 "part, if any, with slewline terminal"
             )
         self._program(self.ramp if ramp is None else ramp)
@@ -193,7 +193,7 @@ class ModuleMotor:
         """
         if self.presetting is None:
             raise UsageError(
-                f"{self.sheet.part}: has no command that sets the position; change the offset (OFF) instead"
+                f"{self.sheet.part} has no command that sets the position; change the offset (OFF) instead"
             )
         allowed = self.presetting.args[0]
         if not allowed.low <= position <= allowed.high:

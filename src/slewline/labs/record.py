@@ -49,7 +49,7 @@ def check_name(name: str) -> None:
     record, dot, field = name.partition(".")
     odd = NOT_IN_NAMES.search(name)
     if not name:
-        found, remedy = "is empty", "give one, such as lab:m1"
+        found, remedy = "empty", "give one, such as lab:m1"
     elif odd and dot and odd.start() == len(record) > 0:
         found, remedy = f"names the field {field!r}" if field else "ends in a dot", f"write {record}"
     elif odd:

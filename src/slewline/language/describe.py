@@ -18,7 +18,7 @@ LEVEL = {0: "low", 1: "high", None: ""}
 
 
 def describe(sheet: Sheet, command: str | None = None) -> str:
-    """Return the whole sheet, or all forms of a single command, given by its letter or name, as Markdown.
+    """Return, as Markdown, the whole sheet or all forms of the command with a given letter or name.
 
     Raises:
         UnknownName: the part has no such command; the message lists its commands.

@@ -138,7 +138,7 @@ class Dialect(Generic[R]):
         return self.spell(row, instruction.values, labels, names)
 
     def cut(self, stored: bytes, at: int, sheet: Sheet) -> Instruction:
-        """Return the instruction at an address in the buffer; it has no row if it does not begin with an opcode."""
+        """Return the instruction at a buffer address; it has no row if the byte there is not an opcode."""
         row = sheet.commands.by_code.get(stored[at])
         data = bytes(stored[at : at + (row.size if row else 1)])
         if row and len(data) == row.size:

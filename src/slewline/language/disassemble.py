@@ -135,7 +135,7 @@ def _text(instruction: Instruction, sheet: Sheet, names: Mapping[int, str] = NO_
 
 
 def _hex(data: bytes) -> str:
-    """Return bytes in hexadecimal; if all are equal and there are more than 16, as one byte and their number."""
+    """Return bytes in hexadecimal; more than 16 bytes, all equal, become one byte and their number."""
     if len(data) > SHOWN and len(set(data)) == 1:
         return f"{data[:1].hex().upper()} ({len(data)} times)"
     return data.hex(" ").upper()

@@ -29,7 +29,7 @@ class Reader:
         self.source.report(place, code, "error", found, allowed=allowed, section=section, remedy=remedy)
 
     def add(self, begin: int, end: int, row: Row, operands: tuple[Operand, ...], labels: tuple[str, ...]) -> None:
-        """Add a command, which is written from `begin` to `end` in the line, to the items of the source."""
+        """Add to the items of the source a command that is written from `begin` to `end` in the line."""
         place = self.spot(begin, end)
         self.source.items.append(Statement(place.line, place.column, self.text[begin:end], row, operands, labels))
 

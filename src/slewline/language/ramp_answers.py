@@ -45,7 +45,7 @@ _WHOLE = re.compile(r"([+-]?)(?:0[xX]|\$)([0-9a-fA-F]+)|[+-]?\d+")
 class RampParameter:
     """A ramp parameter: a number within the range of `arg`, or one of the names in `choices`.
 
-    `default` applies if no value is given.  A `free` parameter can be searched for.  `per_s` is the power of
+    `default` applies if no value is given.  A search may vary a `free` parameter.  `per_s` is the power of
     seconds in the denominator of its unit: 1 for a rate, 2 for an acceleration.  If `only` is, for
     example, ("profile", "s-curve"), the parameter exists only if the parameter "profile" is "s-curve".
 
@@ -90,7 +90,8 @@ class Wanted(NamedTuple):
     def beyond(self, bounds: tuple[float, float]) -> float:
         """Return the distance of the goal from the interval `bounds`, in the goal's unit; 0 if it is inside.
 
-        A ramp whose time, acceleration or number of steps is within `bounds` misses the goal by at least this.
+        A ramp whose time, acceleration or number of steps is within `bounds` misses the goal by at
+        least this distance.
         """
         return max(bounds[0] - self.value, self.value - bounds[1], 0.0)
 
@@ -294,7 +295,7 @@ class Calculator(ABC):
             if quantity.name.lower() == name.lower():
                 return quantity
         names = [quantity.name for quantity in self.quantities]
-        message = f"{self.sheet.part}: no parameter {name!r}; there are: {', '.join(names)}"
+        message = f"{self.sheet.part}: no parameter {name!r}; available: {', '.join(names)}"
         raise UnknownName(message + hint(name, names))
 
     def level(self, ramp: Ramp) -> str:
@@ -318,7 +319,7 @@ class Calculator(ABC):
         arg = self.quantity(name).arg
         if arg is None:
             raise UsageError(
-                f"{name}: is not numeric: its row in the calculator has no `arg`, which gives the range; set `arg`"
+                f"{name} is not numeric: its row in the calculator has no `arg`, which gives the range; set `arg`"
             )
         return arg
 

@@ -54,8 +54,8 @@ def spoken(arg: Arg, text: str, per_s: Fraction) -> int | None:
     A rate halfway between two register values is rounded up.
 
     Args:
-        text: a decimal number followed by steps/s or steps/cycle, to the right power for an acceleration or
-            a jerk: steps/s2 or steps/s^2, steps/cycle3.
+        text: a decimal number followed by steps/s or steps/cycle, with the unit of time to the right
+            power for an acceleration or a jerk: steps/s2 or steps/s^2, steps/cycle3.
         per_s: cycles per second.
 
     Raises:

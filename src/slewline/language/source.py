@@ -156,7 +156,7 @@ def commented(text: str, sheet: Sheet) -> list[Problem]:
 
 
 def mended(problems: Iterable[Problem], text: str) -> list[Problem]:
-    """Return the problems; give a new remedy to errors on lines with a comment in another language's style."""
+    """Return the problems; those on lines with a comment in another language's style get another remedy."""
     lines = [line.partition(";")[0] for line in text.splitlines()]
     return [
         replace(problem, remedy=BEGINS)

@@ -162,7 +162,7 @@ class Server(Closing):
 
     def _check(self, line: HostLine, port: str) -> None:
         if port not in line.ports:
-            raise UsageError(f"{line.name}: has no serial line for --{port}; use --{' or --'.join(line.ports)}")
+            raise UsageError(f"{line.name} has no serial line for --{port}; use --{' or --'.join(line.ports)}")
 
     def tcp(self, line: HostLine, address: str | Path) -> OpenPort:
         """Serve a line on a TCP socket, HOST:PORT, for unmodified bytes, register requests or GPIB commands.

@@ -78,7 +78,7 @@ def register_line(
 ) -> HostLine:
     """Return a line to the registers of an interface board on a chip's host port or bidirectional bus."""
     if framing:
-        raise UsageError(f"{name}: is served as registers, which need no framing; leave out framing")
+        raise UsageError(f"{name} is served as registers, which need no framing; leave out framing")
     return RegisterLine(name, chips[0], server.pace, server.log, board(server.bench, chips[0], over, card))
 
 

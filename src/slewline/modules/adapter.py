@@ -56,7 +56,7 @@ class FramedSpeech(Speech):
         bus = sheet.through(BusHandshake)
         if not bus.verify_bytes:
             raise UsageError(
-                f"{sheet.part}: is on a bus and cannot be read back; allowed: a part that has a serial line, or that "
+                f"{sheet.part} is on a bus and cannot be read back; allowed: a part that has a serial line, or that "
                 "can be read back over its bus"
             )
         self.dialect = spoken_as(sheet, Letters)

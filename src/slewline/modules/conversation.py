@@ -62,7 +62,7 @@ class Suggestion(NamedTuple):
 
 @dataclass
 class ShadowModel:
-    """A model of the part, which receives the lines for the module at the same times; its answers are ignored.
+    """A model of the part, which receives each line when the module does; the model's answers are ignored.
 
     Args:
         line: the model.

@@ -1,4 +1,4 @@
-"""Decoding of the dialogue between a host and a module from a logic analyser recording of their two wires."""
+"""Decoding of a dialogue between host and module from a logic analyser's recording of their two wires."""
 
 from __future__ import annotations
 

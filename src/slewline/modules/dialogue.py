@@ -237,20 +237,20 @@ class RecordedDialogue:
     def _read(cls, path: str | PathLike[str], lines: Iterator[bytes]) -> RecordedDialogue:
         """Return the dialogue in the lines of a file; `path` names the file in messages."""
         header = _header(path, next(lines, b"").removeprefix(BOM).rstrip(b"\n"))
-        said: list[DialogueEntry] = []
+        entries: list[DialogueEntry] = []
         for number, line in enumerate(lines, start=2):
             if not line.endswith(b"\n"):
-                return cls(header, tuple(said), torn=True)
+                return cls(header, tuple(entries), torn=True)
             line = line[:-1]
             try:
-                said.append(_entry(from_json(line)))
+                entries.append(_entry(from_json(line)))
             except (ValueError, KeyError, TypeError) as error:
                 raise UsageError(
                     f"dialogue {path}, line {number}: {line[:80]!r} is not an entry ({error}); allowed: an "
                     "object with 'at_us', 'last_us', 'from' (host, module or tool) and 'text'; remove the line, or use "
                     "the original recording"
                 ) from None
-        return cls(header, tuple(said))
+        return cls(header, tuple(entries))
 
     def write(self, path: str | PathLike[str]) -> None:
         """Write the dialogue into a new file, without slewline's remarks.
@@ -260,10 +260,10 @@ class RecordedDialogue:
         """
         failures: list[str] = []
         with DialogueFile(path, self.header, failures.append, lambda: 0) as file:
-            for said in self.entries:
-                if said.speaker != "tool":
+            for entry in self.entries:
+                if entry.speaker != "tool":
                     file.end()
-                    file._entry(said.speaker, said.at_us * 1000, said.last_us * 1000, said.data)
+                    file._entry(entry.speaker, entry.at_us * 1000, entry.last_us * 1000, entry.data)
         if failures:
             raise UsageError(failures[0])
 
@@ -280,9 +280,7 @@ def _header(path: str | PathLike[str], line: bytes) -> DialogueHeader:
             "terminal or pull has recorded"
         ) from None
     if (kind, version) != (KIND, str(VERSION)):
-        raise UsageError(
-            f"dialogue {path}: is a {found['slewline']!r}; this version of slewline reads {KIND} {VERSION}"
-        )
+        raise UsageError(f"dialogue {path} is a {found['slewline']!r}; this version of slewline reads {KIND} {VERSION}")
     if "part" not in found:
         raise UsageError(f"dialogue {path}: its first line names no part; expected {expected}")
     known = {name: value for name, value in found.items() if name in HEADER}

@@ -143,7 +143,7 @@ def _check_deviations(module: Module) -> None:
         if found and found == seen:
             raise DamagedAnswer(
                 f"{module.name}: {speech.probe} was answered with {received[:60]!r} at {speech.setting.in_full}, "
-                f"which differs from the sheet: {found}"
+                f"which deviates from the data sheet: {found}"
             )
         if not found:
             return

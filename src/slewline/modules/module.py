@@ -329,7 +329,7 @@ class Module:
             stops = f"stops after {received[-40:]!r}, {len(received)} characters"
             why = deviations(self.speech, command, received)
             if why:
-                return f"{self.name}: the answer to {command} {stops}, and differs from the sheet: {why}"
+                return f"{self.name}: the answer to {command} {stops}; it deviates from the data sheet: {why}"
             return f"{self.name}: the answer to {command} {stops}; allowed: a complete answer; {NOISE}"
         return (
             f"{self.name}: no answer to {command} within {timeout_s:.1f} s, at {setting}; check the part, "

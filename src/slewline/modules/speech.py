@@ -86,7 +86,7 @@ class LineSpeech(Speech):
         return (last[:-1] if self.checked else last).decode("latin-1") in self.dialect.answers
 
     def longest(self, command: str) -> int:
-        """Return the maximum number of characters in the answer to a command; for a listing, that of a full memory."""
+        """Return the maximum number of characters in a command's answer; a listing may be of a full memory."""
         row = self.row(command)
         if row is None or row.role != "list":
             return super().longest(command)
@@ -183,7 +183,7 @@ class QuerySpeech(Speech):
         return super().answer_timeout(command) + looked
 
     def longest(self, command: str) -> int:
-        """Return the maximum number of characters in an answer; if it is a listing, that of the whole memory."""
+        """Return the maximum number of characters in an answer; a listing may comprise the whole memory."""
         return super().longest(command) + self.sheet.buffer_bytes * bool(self.listed_lines(command))
 
     def listed_lines(self, command: str) -> int:
@@ -216,7 +216,7 @@ def speech_of(sheet: Sheet, baud: int | None = None, checked: bool | None = None
     if serial is None:
         kinds = " and ".join(channel.description for channel in sheet.channels)
         raise UsageError(
-            f"{sheet.part}: has {kinds}, but no serial line; allowed: a part that has a serial line, or that can be "
+            f"{sheet.part} has {kinds}, but no serial line; allowed: a part that has a serial line, or that can be "
             "read back over its bus"
         )
     return row_for(serial, KINDS, "uses")(sheet, baud, checked, address)

@@ -50,10 +50,10 @@ class Guard:
     """A guard that refuses requests that no page of the panel would make, and adds security headers to answers.
 
     Args:
-        app: the application that answers the requests that are not refused.
+        app: the application, which answers all requests that are not refused.
         port: the port on which the panel listens.
         name: the name or address on which the panel listens.
-        allow_remote: browsers on other machines may connect, by any address or by `name`.
+        allow_remote: whether browsers on other machines may connect, by any address or by `name`.
     """
 
     def __init__(self, app: ASGIApp, port: int, name: str, allow_remote: bool = False) -> None:

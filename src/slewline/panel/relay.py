@@ -189,7 +189,7 @@ class Relay:
             await self.page.send_text(text)
 
     async def hang_up(self, error: Hangup | KeyError) -> None:
-        """Close the websocket for this reason; a KeyError means that the page has sent a message that is not text."""
+        """Close the websocket because of `error`; a KeyError means that the page has sent a non-text message."""
         code, why = (error.code, error.why) if isinstance(error, Hangup) else (POLICY, "Messages are text.")
         with suppress(WebSocketDisconnect, RuntimeError):
             await self.page.close(code, why)

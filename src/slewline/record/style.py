@@ -156,7 +156,7 @@ def number(value: float, digits: int = 10) -> str:
 
 
 def few(value: float) -> str:
-    """Return a measured number with up to three significant digits; if it is 100 or more, as a whole number."""
+    """Return a measured number: whole if it is 100 or more, otherwise with up to three significant digits."""
     return number(round(value) if abs(value) >= 100 else value, 10 if abs(value) >= 100 else 3)
 
 

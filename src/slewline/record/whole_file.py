@@ -84,11 +84,11 @@ class WholeFile(WholeOrNothing):
         with self.refusals():
             if own and self.path.is_symlink():
                 raise UsageError(
-                    f"{path}: is a symbolic link, which is not followed here; move it away, or use another folder"
+                    f"{path} is a symbolic link, which is not followed here; move it away, or use another folder"
                 )
             self._target = Path(os.path.realpath(path))  # of a symbolic link, which stays
             if self._target.is_dir():
-                raise UsageError(f"{path}: is a directory; give the name of a file in it")
+                raise UsageError(f"{path} is a directory; give the name of a file in it")
             if not self._target.parent.is_dir():
                 raise UsageError(f"{path}: there is no directory {str(self.path.parent)!r}; create it")
             self.handle: BufferedWriter
@@ -162,7 +162,7 @@ class WholeFile(WholeOrNothing):
         try:
             yield
         except OSError as error:
-            raise UsageError(f"{self.path}: cannot be written: {error.strerror or error}") from error
+            raise UsageError(f"{self.path} cannot be written: {error.strerror or error}") from error
 
 
 def _neighbour(target: Path) -> tuple[Path, BufferedWriter]:
@@ -195,7 +195,7 @@ def _remove_dead(folder: Path) -> None:
 
 
 def _sync_names(folder: Path) -> None:
-    """Write the file names in a folder to disk, to survive a power failure, if the folder can be opened."""
+    """Write a folder's file names to disk, so that they survive a power failure, if the folder can be opened."""
     with suppress(PermissionError):  # Windows cannot open folders
         file = os.open(folder, os.O_RDONLY)
         try:

@@ -84,7 +84,7 @@ def time_of(loop: asyncio.AbstractEventLoop, rig: Rig) -> TimeDriver:
 
 # ----------------------------------------------------------------------------------------------- a loop in virtual time
 class JoinedBench(Pace):
-    """A bench that has joined a loop; `ahead_ps` is the time by which the loop's clock is ahead of the bench's."""
+    """A bench that has joined a loop; `ahead_ps` is the time of the loop minus the time of the bench."""
 
     def __init__(self, bench: Bench | Runner, loop: VirtualLoop) -> None:
         super().__init__(bench)

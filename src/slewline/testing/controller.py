@@ -219,8 +219,8 @@ class Controller(Closing):
         __tracebackhide__ = True
         if isinstance(expected, str) or not isinstance(expected, Integral | Iterable | Steps):
             raise UsageError(
-                f"assert_steps({expected!r}): expected a number of steps, instants, or the steps of another run, "
-                "such as other.chip.steps()"
+                f"assert_steps({expected!r}): expected the number of steps, their instants, or the steps of another "
+                "run, such as other.chip.steps()"
             )
         if direction not in (None, 1, -1):
             raise UsageError(f"assert_steps: direction {direction!r}; allowed +1 (clockwise), -1, or None for either")

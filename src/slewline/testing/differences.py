@@ -39,7 +39,7 @@ def difference(
 
 
 def _rest(found: Sequence[Event], expected: Sequence[Event], noun: str, words: Mapping[int, str]) -> str:
-    """Return text about the events by which one sequence is longer than the other; "" if both are equally long."""
+    """Return text about the extra events of the longer of two sequences; "" if both are equally long."""
     missing = expected[len(found) :]
     extra = found[len(expected) :]
     if not missing and not extra:
@@ -62,7 +62,7 @@ def _event(event: Event, words: Mapping[int, str]) -> str:
 
 
 def amount(ps: int, hz: int) -> str:
-    """Return a length of time as text: in whole ticks of a clock of `hz` if possible, else in a unit of time."""
+    """Return a duration as text: in whole ticks of a clock that runs at `hz`, if possible, else in a unit of time."""
     ticks = round(Fraction(ps * hz, PS_PER_S))
     if hz < PS_PER_S and ticks and abs(ps - Fraction(ticks * PS_PER_S, hz)) < 1:  # both instants are rounded down
         return counted(ticks, "tick")

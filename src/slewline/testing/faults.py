@@ -33,7 +33,7 @@ FAULTS = {"parity": "its parity is wrong", "framing": "its stop bit is wrong", "
 
 
 class Fault:
-    """A fault that begins immediately or at a given instant, and ends on a call of `end` or after a given time.
+    """A fault that begins immediately or at a given instant, and ends when `end` is called or after a given time.
 
     As a context manager, it ends when the `with` block ends.
     """
@@ -203,13 +203,13 @@ class Faults(Part):
         return self._stuck("stuck switch", pin, level, at, lasting)
 
     def enable_held_low(self, at: Time | None = None, lasting: Time | None = None) -> Fault:
-        """Hold ENABLE low (high on parts that a high ENABLE stops): the next step waits until ENABLE changes back."""
+        """Hold ENABLE low (or high, if high stops the part): the next step waits until ENABLE changes back."""
         row = self._row("enable")
         level = 1 - (row.sense or 0)
         return self._stuck(f"{row.name.upper()} held {'high' if level else 'low'}", row.name, level, at, lasting)
 
     def _row(self, *roles: str) -> Pin:
-        """Return the pin with the first role or, if the chip has no such pin, with the next role, and so on."""
+        """Return the pin with the first of these roles that any pin of the chip has."""
         sheet = self.chip.sheet
         for role in roles:
             if row := sheet.role(role):

@@ -50,7 +50,7 @@ class Serial(HasRig, BaseSerial):
     def _open(self) -> None:
         where = str(self.path)
         if self.end is not None:
-            raise SerialException(f"{where}: is open already")
+            raise SerialException(f"{where} is open already")
         self._word()  # an error here makes no module
         if self._found_at != where:
             self.rig, self._found_at = self._found(), where
@@ -93,7 +93,7 @@ class Serial(HasRig, BaseSerial):
     @property
     def _line(self) -> SerialEndpoint:
         if self.end is None:
-            raise SerialException(f"{self.path}: is not open")
+            raise SerialException(f"{self.path} is not open")
         self.end.check()
         return self.end
 

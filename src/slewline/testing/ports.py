@@ -42,7 +42,7 @@ class Ports(dict[str, "Controller"]):
     """Modules, keyed by the names of their ports."""
 
     def __missing__(self, name: str) -> NoReturn:
-        raise UnknownName(f"no port {name!r}; there are: {', '.join(self) or 'none'}{hint(name, self)}")
+        raise UnknownName(f"no port {name!r}; available: {', '.join(self) or 'none'}{hint(name, self)}")
 
     def advance(self, time: Time) -> None:
         """Let the same virtual time pass for each of the modules."""
@@ -79,7 +79,7 @@ def check_adapters(modules: Mapping[str, Controller], usb: Mapping[str, Usb]) ->
     """
     for name, adapter in usb.items():
         if name not in modules:
-            raise UsageError(f"usb: no port {name!r}; there are: {', '.join(modules)}{hint(name, modules)}")
+            raise UsageError(f"usb: no port {name!r}; available: {', '.join(modules)}{hint(name, modules)}")
         for key, value in adapter.items():
             if key not in ADAPTER:
                 raise UsageError(f"usb of {name}: no key {key!r}; allowed {', '.join(ADAPTER)}{hint(key, ADAPTER)}")

@@ -72,7 +72,7 @@ class Serial(HasRig, SerialBase):
         if self.port is None:
             raise SerialException("a port is opened by its URL, such as slewline://gs-c200s")
         if self.is_open:
-            raise SerialException(f"{self.port}: is open already")
+            raise SerialException(f"{self.port} is open already")
         if waits_for_a_file():
             raise SerialException(f"{self.port}: {NO_FILE}")
         self._word()  # an error here makes no module

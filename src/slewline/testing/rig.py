@@ -1,10 +1,10 @@
-"""A module on its own bench, with a serial line for a program, as a URL or a fixture provides it.
+"""A module on its own bench, with a serial line for a program, as provided by a URL or a fixture.
 
     program --- line ---> connector ---> module
             <----------- (SerialHost) <---
 
-The connector is a host in virtual time.  The line carries the program's bytes to and from it, and
-may add noise.
+The connector is a host in virtual time.  The line carries the program's bytes to and from the
+connector, and may add noise.
 
 Virtual time passes only while the program waits for characters; if a rate is set, it follows the wall
 clock instead.
@@ -78,7 +78,7 @@ class WallClockTime(Paced):
     """Pacing in which virtual time follows the wall clock, and catches up whenever the program polls."""
 
     def pass_time(self) -> bool:
-        """Let time pass towards the wall clock's instant, by at most one slice; return whether it has caught up."""
+        """Advance virtual time towards the wall clock, by at most one slice; return whether it has caught up."""
         return Pace.pass_time(self)
 
     def present(self) -> None:
@@ -165,7 +165,7 @@ class Rig:
         """Return the channel over which a program reaches the module."""
         serial = serial_line(sheet)
         if serial is None:
-            raise UsageError(f"{self.part}: has no serial line; command it through bench.host(chip)")
+            raise UsageError(f"{self.part} has no serial line; command it through bench.host(chip)")
         return serial
 
     def reach(self) -> None:
@@ -211,7 +211,7 @@ class Rig:
         return over[0]
 
     def check_slept(self) -> None:
-        """Warn, only once, if the program pauses for 1 s while the module is busy: no virtual time passes then."""
+        """Warn, once only, if the program pauses for 1 s while the module is busy, as no virtual time passes then."""
         gap = self.pace.clock() - self.left_ns
         if gap < SLEPT_NS or self.warned or not isinstance(self.pace, OnDemandTime):
             return
@@ -261,7 +261,7 @@ class Rig:
 
 
 def never() -> bool:
-    """Return False: a condition that is never met, so that a wait for it ends only by its timeout."""
+    """Return False: a condition that is never met, so that a wait for it ends only when it times out."""
     return False
 
 

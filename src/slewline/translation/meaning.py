@@ -174,7 +174,7 @@ class MoveTo(Motion):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunEndless(Motion):
-    """A run in a direction until the input condition `until`, a `Stop`, an abort input or the host ends it."""
+    """A run in a direction, ended by the input condition `until`, a `Stop`, an abort input or the host."""
 
     sign: int | None
     until: Input | None = None
@@ -240,7 +240,7 @@ class Jump(Action):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Loop(Action):
-    """A jump back to a label, made until the loop has run `passes` times; then the next action follows."""
+    """A jump back to a label until the loop has run `passes` times; then the next action follows."""
 
     to: str
     passes: int

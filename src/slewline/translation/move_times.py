@@ -1,4 +1,4 @@
-"""Times of moves, from the first step to the last, as the source's part and as other controllers make them."""
+"""Durations of moves, from the first step to the last, on the source's part and on other controllers."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .profiles import profiles_of
 
 
 def measured(program: Program) -> Callable[[Profile, int], float]:
-    """Return a function that calculates the time of a source move, s, from its profile and its number of steps.
+    """Return a function that calculates the time (s) of a source move from its profile and step count.
 
     The returned function uses the ramp law of the source's part, or `source_time` if no law is known.
     """
@@ -35,7 +35,7 @@ def measured(program: Program) -> Callable[[Profile, int], float]:
 
 
 def source_time(profile: Profile, steps: int) -> float:
-    """Return the time of a move from its first step to its last, s, if the source's ramp law is not known."""
+    """Return the time (s) of a move, from first step to last, if the source's ramp law is not known."""
     gaps = max(abs(steps) - 1, 0)
     if not profile.ramped or profile.steps <= 0:
         return gaps / profile.top if profile.top else 0.0
@@ -58,7 +58,7 @@ def standing_time(top: float, acceleration: float, steps: int) -> float:
 
 
 def started_time(profile: Profile, steps: int) -> float:
-    """Return the time of a move from its first step to its last, s, with ramps between start rate and top rate.
+    """Return the time (s) of a move, from first step to last, with ramps between start rate and top rate.
 
     The ramps have a constant acceleration.
     """

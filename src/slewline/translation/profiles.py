@@ -80,7 +80,7 @@ class Profiles:
         return Profile(ramp.start, ramp.top, ramp.time_ps, ramp.steps, dict(values))
 
     def move_ps(self, profile: Profile, steps: int) -> int | None:
-        """Return the time from the first step of a move to its last step, ps, or None if it is not known.
+        """Return the time (ps) from the first step of a move to its last, or None if it is not known.
 
         The time ends at the last step because some parts report the end of a move before the last step interval,
         and others after it.

@@ -34,7 +34,7 @@ def after_reset(sheet: Sheet) -> int:
 
 
 def stopping_row(sheet: Sheet, how: str) -> Row | None:
-    """Return the command that stops a running motor in the way `how`, "stop" or "brake"; None if there is none."""
+    """Return the command that stops a running motor by "stop" or "brake" (`how`); None if there is none."""
     return next((row for row in sheet.commands if row.at_once == how), None)
 
 

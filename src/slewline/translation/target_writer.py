@@ -86,7 +86,10 @@ class Happened:
 
 @dataclass(frozen=True, slots=True)
 class PlayedTrace:
-    """The events of a run, in order; `ran`: the interpreter, such as "rs274"; `stopped`: the run was cut off."""
+    """The events of a run, in order.
+
+    `ran` is the interpreter, such as "rs274"; `stopped` is True if the run was cut off.
+    """
 
     ran: str
     happened: tuple[Happened, ...]
@@ -147,7 +150,7 @@ class Target:
         return read(text, options)
 
     def ran(self, text: str, options: WriterOptions) -> PlayedTrace | None:
-        """Return the events of a text in the target's real interpreter, or None if this cannot be run here."""
+        """Return the events when the target's real interpreter runs a text; None if it cannot be run here."""
         if not self.interpreter:
             return None
         run: Callable[[str, WriterOptions], PlayedTrace | None] = found("reading_back", self.interpreter)

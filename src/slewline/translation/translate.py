@@ -146,7 +146,7 @@ def translate_text(
 
 
 def known(to: str) -> str:
-    """Return the canonical name of the target that a user calls `to`.
+    """Return the canonical name of a target; `to` is the name given by the user.
 
     Raises:
         UnknownName: the target does not exist; the message lists the targets.
@@ -227,7 +227,10 @@ def reported(program: Program, to: str, written: Written) -> Report:
 
 
 def joined(program: Program, to: str, other: Target | None, written: Written) -> str:
-    """Return the text of a result, with the warning at its head; `other`: the target, None for our own parts."""
+    """Return the text of a result, with the warning at its head.
+
+    `other` is the target, or None for our own parts.
+    """
 
     def comment(text: str) -> str:
         return other.comment(text) if other is not None else f"; {text}".rstrip() if text else ";"

@@ -136,7 +136,7 @@ class _BenchWriter:
         return BenchTranslation(str(self.file.path), self.to, programs, tuple(self.lines), files)
 
     def _without_absent(self, text: str) -> str:
-        """Return a program in which directives for parts that the bench leaves out have become comments."""
+        """Return a program, after turning its directives for parts that the bench leaves out into comments."""
         names = "|".join(map(re.escape, sorted(self.absent)))
         return re.sub(rf"^(?=@\w+ ({names})\b)", "; NOT POSSIBLE: ", text, flags=re.M) if names else text
 

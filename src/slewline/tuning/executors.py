@@ -151,7 +151,7 @@ def dask(address: str) -> Iterator[Workers]:
     try:
         threads = sum(client.nthreads().values())
         if not threads:
-            raise UsageError(f"{where}: has no workers; start one with: dask worker {address}")
+            raise UsageError(f"{where} has no workers; start one with: dask worker {address}")
         _check_versions(client, where)
         remedy = f"{where} is gone; start a scheduler and a worker again"
         yield Workers(client.get_executor(pure=False), AHEAD * threads, remedy)

@@ -147,7 +147,7 @@ def _values(
     where = f"{calculator.sheet.part}: {quantity.name}"
     if given is None:
         if not quantity.tried and quantity.default is None:
-            raise UsageError(f"{where}: has no values; give {FORMS}")
+            raise UsageError(f"{where} has no values; give {FORMS}")
         given = quantity.tried or str(quantity.default)
     if isinstance(given, str):
         values = _spoken(calculator, quantity, given, hz, per_turn)

@@ -51,7 +51,7 @@ def friction(system: System, factor: float) -> System:
 
 
 def drag(system: System, factor: float) -> System:
-    """Return a system whose motor and load viscous drag is multiplied by a factor; less drag means less damping."""
+    """Return a system with the viscous drag of motor and load scaled by a factor: less drag, less damping."""
     motor, driver, load = system
     iron = (motor.drag - motor.viscous) * factor
     less = replace(motor, iron=iron, viscous=motor.viscous * factor)
@@ -109,7 +109,7 @@ EXAMPLE = 'such as "load 20%, supply -10%" (without a sign: both up and down), o
 
 
 def read_perturbations(given: str | Iterable[Perturbation] | None) -> tuple[Perturbation, ...]:
-    """Return the perturbations that a user selects, and always the nominal row, which changes nothing.
+    """Return the perturbations that a user selects; they always include the nominal row, which changes nothing.
 
     For None, return the usual rows (`USUAL`).
 

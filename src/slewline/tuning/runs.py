@@ -18,6 +18,7 @@ from .sweep_log import Log
 Judge = Callable[[Trial], Verdict]
 EXECUTORS_FAIL = (BrokenExecutor, CancelledError, OSError)
 Order = Callable[[int], Sequence[Scenario]]  # by number in the row: the scenarios of a candidate
+RunKey = tuple[str, str]  # the key of a candidate's move, and the name of a scenario
 
 
 class Outcome(NamedTuple):
@@ -48,7 +49,7 @@ class _Chain:
     worst: float = 0.0
     names: list[str] = field(default_factory=list)
 
-    def follow(self, verdicts: dict[tuple[str, str], Verdict]) -> Outcome | None:
+    def follow(self, verdicts: dict[RunKey, Verdict]) -> Outcome | None:
         """Return the outcome of the candidate, if the known verdicts determine it; otherwise None.
 
         After None, `next` is the first scenario without a known verdict.
@@ -70,18 +71,21 @@ class _Chain:
         return self.scenarios[len(self.names)]
 
     @property
-    def asks(self) -> tuple[str, str]:
+    def run_key(self) -> RunKey:
         """The key of the next scenario's verdict."""
         return self.key, self.next.name
 
 
 @dataclass(slots=True)
 class _Row:
-    """The progress of one call of `Runs.outcomes`: outcomes found, runs in flight, and waiting chains."""
+    """The progress of one call of `Runs.outcomes`: outcomes found, runs in flight, and waiting chains.
+
+    A run in flight for which no chain waits is judged ahead: an earlier scenario of its candidate may still fail.
+    """
 
     done: dict[int, Outcome] = field(default_factory=dict)  # by number
-    flying: dict[Future[Verdict], _Chain] = field(default_factory=dict)
-    waiting: dict[tuple[str, str], list[_Chain]] = field(default_factory=dict)  # moves with the same steps
+    flying: dict[Future[Verdict], tuple[int, RunKey]] = field(default_factory=dict)  # with the place of the candidate
+    waiting: dict[RunKey, list[_Chain]] = field(default_factory=dict)  # of each run in flight: chains that need it
 
 
 class Runs:
@@ -94,9 +98,9 @@ class Runs:
 
     def __init__(self, judge: Judge, candidates: Candidates, workers: Workers, log: Log | None) -> None:
         self.judge, self.candidates, self.workers, self.log = judge, candidates, workers, log
-        self.verdicts: dict[tuple[str, str], Verdict] = {} if log is None else log.verdicts
+        self.verdicts: dict[RunKey, Verdict] = {} if log is None else log.verdicts
         self.here = 0  # runs judged in this session
-        self.asked: set[tuple[str, str]] = set()  # runs on which an outcome depends
+        self.needed: set[RunKey] = set()  # runs on which an outcome depends
         self.killed: Counter[str] = Counter()  # candidates, by the scenario in which they failed
 
     def outcomes(self, places: Sequence[int], order: Order, known: Callable[[int], int]) -> Iterator[Outcome]:
@@ -131,37 +135,52 @@ class Runs:
                     begun += 1
                 if yielded in row.done:
                     continue
+                if begun == len(places):
+                    self._fill(row)
                 for future in wait(row.flying, return_when=FIRST_COMPLETED).done:
-                    chain = row.flying.pop(future)
-                    others = row.waiting.pop(chain.asks)
-                    self._keep(chain, future)
-                    for each in (chain, *others):
-                        self._go_on(each, row)
+                    place, run_key = row.flying.pop(future)
+                    chains = row.waiting.pop(run_key)
+                    self._keep(place, run_key, future)
+                    for chain in chains:
+                        self._go_on(chain, row)
             normal = True
         finally:
             self._land(row, normal)
 
     def _go_on(self, chain: _Chain, row: _Row) -> None:
-        """Advance a chain as far as verdicts are known; then record its outcome, or submit its next run.
+        """Advance a chain as far as verdicts are known; then record its outcome, or let it wait for its next run.
 
-        If another chain has already submitted the same run, wait for that run instead.
+        The run is submitted unless it is already in flight, for another chain or judged ahead.
         """
         outcome = chain.follow(self.verdicts)
         if outcome is not None:
             row.done[chain.number] = outcome
-        elif chain.asks in row.waiting:
-            row.waiting[chain.asks].append(chain)
-        else:
-            run = Trial(self.candidates.times(chain.place), chain.next)
-            try:
-                future = self.workers.executor.submit(self.judge, run)
-            except EXECUTORS_FAIL as error:
-                raise self._gone(error) from error
-            row.flying[future] = chain
-            row.waiting[chain.asks] = []
+            return
+        if chain.run_key not in row.waiting:
+            self._submit(chain, chain.next, row)
+        row.waiting[chain.run_key].append(chain)
 
-    def _keep(self, chain: _Chain, future: Future[Verdict]) -> None:
-        """Record an executor's verdict on the run of a chain that is judged next."""
+    def _fill(self, row: _Row) -> None:
+        """Submit further runs of the last candidates, the first ones first, until enough runs are in flight."""
+        waiting = sorted({each.number: each for chains in row.waiting.values() for each in chains}.items())
+        ahead = ((chain, each) for _, chain in waiting for each in chain.scenarios[len(chain.names) + 1 :])
+        while len(row.flying) < self.workers.window and (found := next(ahead, None)):
+            chain, scenario = found
+            run_key = chain.key, scenario.name
+            if run_key not in self.verdicts and run_key not in row.waiting:
+                self._submit(chain, scenario, row)
+
+    def _submit(self, chain: _Chain, scenario: Scenario, row: _Row) -> None:
+        try:
+            future = self.workers.executor.submit(self.judge, Trial(self.candidates.times(chain.place), scenario))
+        except EXECUTORS_FAIL as error:
+            raise self._gone(error) from error
+        run_key = chain.key, scenario.name
+        row.flying[future] = chain.place, run_key
+        row.waiting[run_key] = []
+
+    def _keep(self, place: int, run_key: RunKey, future: Future[Verdict]) -> None:
+        """Record an executor's verdict on the run of a candidate in a scenario."""
         try:
             verdict = future.result()
         except EXECUTORS_FAIL as error:
@@ -172,24 +191,24 @@ class Runs:
             raise self._gone(error) from error
         self.here += 1
         if self.log is not None:
-            self.log.add(chain.asks, self.candidates.values(chain.place), verdict)
-        self.verdicts[chain.asks] = verdict
+            self.log.add(run_key, self.candidates.values(place), verdict)
+        self.verdicts[run_key] = verdict
 
     def _land(self, row: _Row, normal: bool) -> None:
         """Cancel the runs that have not begun, and record the verdicts of the finished ones.
 
         If no error has occurred (`normal`), wait for the runs in progress before recording.
         """
-        left = {future: chain for future, chain in row.flying.items() if not future.cancel()}
+        left = {future: run for future, run in row.flying.items() if not future.cancel()}
         if normal:
             wait(left)
-        for future, chain in left.items():
+        for future, run in left.items():
             if future.done() and not future.cancelled() and future.exception() is None:
-                self._keep(chain, future)
+                self._keep(*run, future)
 
     def _count(self, outcome: Outcome) -> None:
         key = self.candidates.key(outcome.place)
-        self.asked.update((key, name) for name in outcome.names)
+        self.needed.update((key, name) for name in outcome.names)
         if outcome.killer is not None:
             self.killed[outcome.killer.name] += 1
 

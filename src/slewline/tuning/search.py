@@ -45,8 +45,8 @@ OnProgress = Callable[[Progress], object]
 class Picked:
     """The two moves that a search picks: the fastest move that holds, and the recommended move.
 
-    Each is None if there is none.  `switched` is True if the recommended move was judged with a switching
-    chopper as well.
+    Each is None if there is no such move.  `switched` is True if the recommended move was judged with a
+    switching chopper as well.
     """
 
     best: Outcome | None

@@ -67,7 +67,7 @@ class Log:
         if not self.path.parent.is_dir():
             raise UsageError(f"{path}: no directory {str(self.path.parent)!r}; create it, or name another file")
         if self.path.exists() and not self.path.is_file():
-            raise UsageError(f"{path}: is not a file; name a writable file, such as tune.jsonl")
+            raise UsageError(f"{path} is not a file; name a writable file, such as tune.jsonl")
         try:
             self._file: BinaryIO = open(path, "a+b", buffering=0)  # noqa: SIM115
         except OSError as error:
@@ -105,7 +105,7 @@ class Log:
             for number, line in enumerate(lines_of(self.path, file), 1):
                 if not line.endswith(b"\n"):
                     if not (whole or FIRST.startswith(line[: len(FIRST)])):
-                        raise UsageError(f"{self.path}: is not the log of a sweep; name a new file")
+                        raise UsageError(f"{self.path} is not the log of a sweep; name a new file")
                     break
                 if number == 1:
                     self._check(line, task)
@@ -154,12 +154,12 @@ class Log:
         """Refuse a log of another task, or a file that is not a log."""
         head = _object(line)
         if head is None or not isinstance(head.get("task"), dict) or "tune" not in head:
-            raise UsageError(f"{self.path}: is not the log of a sweep; name a new file")
+            raise UsageError(f"{self.path} is not the log of a sweep; name a new file")
         if head.get("digest") == digest(task):
             return
         was, now = {"slewline": head.get("slewline")} | head["task"], {"slewline": __version__} | dict(task)
         differs = "; ".join(differences(was, now)) or "its format"
-        raise UsageError(f"{self.path}: is the log of another task: {differs}; name another file")
+        raise UsageError(f"{self.path} is the log of another task: {differs}; name another file")
 
     def _verdict(self, number: int, line: bytes) -> tuple[tuple[str, str], Verdict]:
         entry = _object(line)
@@ -171,7 +171,7 @@ class Log:
             )
         except (KeyError, TypeError, ValueError, OverflowError):
             found = line[:SHORT].decode(errors="replace")
-            raise UsageError(f"{self.path}, line {number}: {found}: is not a run record; remove the line") from None
+            raise UsageError(f"{self.path}, line {number}: {found} is not a run record; remove the line") from None
 
 
 def _object(line: bytes) -> dict[str, Any] | None:

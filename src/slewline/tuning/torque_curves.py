@@ -55,7 +55,7 @@ def pull_out(system: System, stepping: str, rates: NDArray[np.float64]) -> NDArr
 
 
 def demand(system: System, times: NDArray[np.int64], micro: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return a move's rates (full steps/s), and the torque (N m) that inertia, friction and load need at each."""
+    """Return a move's rates (full steps/s), and the torque (N m) that inertia, friction and load require at each."""
     import numpy as np
 
     motor, _, load = system

@@ -164,7 +164,7 @@ def perform(
         chosen(found.best),
         chosen(found.recommended),
         found.switched,
-        len(runs.asked),
+        len(runs.needed),
         runs.here,
         most,
         dict(runs.killed.most_common()),

@@ -71,9 +71,9 @@ def _values_text(calculator: Calculator, values: object) -> str:
 
 
 def _map(tuned: Tuned, calculator: Calculator) -> GridMap | None:
-    """Return the map over the two parameters with the most values; the others are as in the chosen move.
+    """Return the map over the two parameters with the most values; the other parameters are as in the chosen move.
 
-    None if there is no map, or if no parameter has more than one value.
+    Return None if the tuning has no map, or if no parameter has more than one value.
     """
     grid, chosen = tuned.task.grid, tuned.chosen
     sizes = dict(zip(grid.names, map(len, grid.values), strict=True))
@@ -123,7 +123,7 @@ def _curve(tuned: Tuned, calculator: Calculator) -> TorqueCurve:
         drawn.append(
             (
                 next_faster.values,
-                f"the next faster one that fails: {_values_text(calculator, next_faster.values)}",
+                f"next faster ramp, which fails: {_values_text(calculator, next_faster.values)}",
                 True,
             )
         )

@@ -385,8 +385,11 @@ def test_motion_complete_rises_with_the_next_motion_of_a_program(rig: Make) -> N
 
 
 @pytest.mark.fact("UND-MC-PROGRAM")
-def test_motion_complete_rises_with_the_next_accepted_byte(rig: Make) -> None:
+@pytest.mark.parametrize("by_value", [True, False])
+def test_motion_complete_rises_with_the_next_accepted_byte(rig: Make, by_value: bool) -> None:
     x = rig(record=("motion_complete", "instrobe"), firstrate=10, rate=10, number=2)
+    if not by_value:
+        x.bench.pin("x.io_request").net.watch(lambda _net: None)  # then each edge is an event
     x.send("G\r")
     x.bench.run("100 ms")
     assert x.level("motion_complete") == 0

@@ -108,7 +108,7 @@ def test_a_reluctance_motor_has_a_swing_and_its_phases_produce_its_steps():
     [
         (5, f"m 5; expected {ALLOWED}"),
         ({"like": 5}, "m: 'like' is 5; expected the name of a motor, such as QSH4218-35-10-027"),
-        ({}, f"m: needs {NEEDS}; write, for example, '{EXAMPLE}', or add 'like' and the name of a motor"),
+        ({}, f"m needs {NEEDS}; write, for example, '{EXAMPLE}', or add 'like' and the name of a motor"),
         (SMALL | {"current": 0}, "m: current 0; allowed more than 0 A"),
         (SMALL | {"current": "-1 A"}, "m: current '-1 A'; allowed more than 0 A"),
         (SMALL | {"resistance": 0}, "m: resistance 0; allowed more than 0 ohm"),
@@ -140,7 +140,7 @@ def test_a_reluctance_motor_has_a_swing_and_its_phases_produce_its_steps():
         (SMALL | {"swing": "1 mH"}, "m: swing 0.001 H; only a reluctance motor has a swing: leave it out"),
         (
             VR,
-            "m: needs swing (H: amplitude of the inductance of a reluctance motor around its mean); "
+            "m needs swing (H: amplitude of the inductance of a reluctance motor around its mean); "
             f"write, for example, '{EXAMPLE}', or add 'like' and the name of a motor",
         ),
         (

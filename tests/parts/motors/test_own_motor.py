@@ -86,7 +86,7 @@ def test_all_that_is_missing_is_named_with_its_unit_and_an_example():
                 with pytest.raises(UsageError) as error:
                     read_motor(motor, "--motor")
                 says = str(error.value)
-                assert says.startswith(f"--motor: needs {one} ({units[one]}: ") and says.count("for example") == 1
+                assert says.startswith(f"--motor needs {one} ({units[one]}: ") and says.count("for example") == 1
                 assert f"{other} ({units[other]}: " in says and EXAMPLE in says
                 assert not any(f"{name} ({units[name]}: " in says for name in left)
 
@@ -116,7 +116,7 @@ def test_assumed_values_are_those_of_the_model():
 @rows(
     ("text", "says"),
     [
-        (EXAMPLE.replace("0.44", "0,44"), "'44 Nm' has no name; write each figure as its name, a number with a dec"),
+        (EXAMPLE.replace("0.44", "0,44"), "'44 Nm' has no name; write the name, the number (with a decimal point)"),
         (EXAMPLE.replace("0.44 Nm", "4 kg"), "m: torque '4 kg'; kg is a unit of mass; allowed 0 or more N m, or text"),
         (EXAMPLE.replace("3 mH", "3 mNm"), "m: inductance '3 mNm'; mNm is a unit of torque; allowed a number (H)"),
         (f"{EXAMPLE}, current 1 A", "current is given twice; leave one out"),

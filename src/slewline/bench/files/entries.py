@@ -36,7 +36,7 @@ WHOLE, TRUTH = Kind("a whole number", (int,)), Kind("true or false", (bool,))
 TEXT_OR_NONE, WHOLE_OR_NONE = Kind("text or null", (str, type(None))), Kind("a whole number or null", (int, type(None)))
 TIME = Kind(f"picoseconds, 0 to {LATEST - 1}", (int,))
 LEVEL = Kind("0, 1 or null", (int, type(None)))
-SAID: dict[str, Kind] = {"host": TEXT, "args": LIST}
+HOST_CALL: dict[str, Kind] = {"host": TEXT, "args": LIST}
 
 FIELDS: dict[str, dict[str, Kind]] = {
     "journal": {"version": WHOLE, "seed": WHOLE},
@@ -51,7 +51,7 @@ FIELDS: dict[str, dict[str, Kind]] = {
     "run": {"to": TIME},
     "conclude": {},
     "store": {"of": TEXT, "call": WHOLE},
-    **dict.fromkeys(("script", "send", "clear", "drop", "give_up", "call"), SAID),
+    **dict.fromkeys(("script", "send", "clear", "drop", "give_up", "call"), HOST_CALL),
 }
 OPTIONAL: dict[str, Kind] = {  # in any entry that has them
     "behaviour": WHOLE,
@@ -69,7 +69,7 @@ OPTIONAL: dict[str, Kind] = {  # in any entry that has them
 
 
 class Entries:
-    """The entries of a journal file, with the numbers of their lines; each iteration starts at the first entry.
+    """The entries of a journal file, with their line numbers; each iteration starts at the first entry.
 
     If `begin` is given, reading starts at that byte offset, which must be the start of a line; `before` is
     the number of lines before that offset, and line numbers continue from this number.  A truncated last
@@ -125,7 +125,7 @@ class Entries:
                 return entry
         except ValueError as error:
             if isinstance(error, UnicodeDecodeError):
-                raise BenchFileError(f"journal {self.path}: is not text") from None
+                raise BenchFileError(f"journal {self.path} is not text") from None
         if line.endswith(b"\n") or len(line) == LONGEST:
             found = ascii(line[:60].decode("ascii").rstrip("\n"))[1:-1]
             raise self.error(number, f"not a journal entry: {found}")

@@ -81,5 +81,5 @@ def hex_lines(text: str, where: str) -> list[str]:
             raise BenchFileError(f"{at}: {body[:60]!r}: bytes are pairs of hexadecimal digits, such as 43 00")
         found.append(body)
     if not any(found):
-        raise BenchFileError(f"{where}: has no bytes; write pairs of hexadecimal digits, such as 43 00")
+        raise BenchFileError(f"{where} has no bytes; write pairs of hexadecimal digits, such as 43 00")
     return found

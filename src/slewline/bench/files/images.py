@@ -40,7 +40,7 @@ def image_given(owner: str, image: Any) -> Any:
     """Return an image passed to a part: for a `Path`, the content of the file; anything else is returned unchanged.
 
     Raises:
-        UsageError: `image` is text and names a file, so that the name would be taken for the content.
+        UsageError: `image` is text that names a file; the name itself would be taken for the content.
         BenchFileError: the file cannot be read.
     """
     if isinstance(image, PathLike):

@@ -138,7 +138,7 @@ def replaced(path: str | PathLike[str]) -> bool:
     place = Path(path)
     try:
         if place.is_fifo():  # opening it would wait for a reader
-            raise BenchFileError(f"journal {path}: is a FIFO; give a regular file")
+            raise BenchFileError(f"journal {path} is a FIFO; give a regular file")
         if not place.is_file() or not place.stat().st_size:
             return False
         with place.open("rb") as file:

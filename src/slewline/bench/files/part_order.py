@@ -34,14 +34,14 @@ def ordered(
     placed: dict[int, None] = {}
 
     def missing(number: int) -> tuple[str, int] | None:
-        """Return the first key that names a part not yet placed, and the index of the part named; else None."""
+        """Return the first key that names a part not yet placed, and the index of that part; None if there is none."""
         for key in NAMING:
             wanted = parts[number].get(key)
             if wanted is None or wanted in chips:
                 continue
             if wanted not in numbers:
                 known = [*chips, *names]
-                message = f"the bench has no {wanted!r}; there are: {', '.join(known)}{hint(wanted, known)}"
+                message = f"the bench has no {wanted!r}; available: {', '.join(known)}{hint(wanted, known)}"
                 raise error(number, key, message)
             if numbers[wanted] not in placed:
                 return key, numbers[wanted]

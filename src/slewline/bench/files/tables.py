@@ -107,7 +107,7 @@ class Tables(FileTable, frozen=True):
 
 
 def keys_of(place: Place) -> tuple[str, ...]:
-    """Return the keys allowed in the table at a place; for any other place, the names of all tables."""
+    """Return the keys allowed in the table that a place belongs to; if to none, the names of all tables."""
     tables: dict[Any, type[FileTable]] = {
         "bench": BenchTable,
         "chip": ChipTable,

@@ -243,7 +243,7 @@ class Pictures:
         return next((chip, n) for chip, n, one in self.circuit.axes() if one.motor is axis.motor)
 
     def name_of(self, axis: OneAxis) -> str:
-        """Return the name of an axis in the legend: "x", the name of its chip, if the chip has only one axis.
+        """Return the name of an axis in the legend: for a chip with only one axis, the chip's name, such as "x".
 
         If the chip has several axes, the name is "axis 2", or "x axis 2" if the bench has several chips.
         """

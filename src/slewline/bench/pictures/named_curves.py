@@ -42,7 +42,7 @@ def chosen(parts: Mapping[str, Part], wanted: Sequence[str] | str | None, chips:
         named = [quantity for quantity in quantities if not dot or quantity.name == what]
         if not named:
             known = [f"{part.name}.{each.name}" for part in parts.values() for each in part.quantities()]
-            message = f"parts: no quantity {name!r}; there are: {', '.join(known) or 'none'}"
+            message = f"parts: no quantity {name!r}; available: {', '.join(known) or 'none'}"
             raise UnknownName(message + hint(name, known))
         own = shown.setdefault(owner, [])
         own += [quantity for quantity in named if quantity.name not in {each.name for each in own}]

@@ -201,7 +201,7 @@ class Signals:
         full = f"{owner}.axis1.{what}" if owner in chips and chips[owner].sheet.axes > 1 and "." not in what else name
         if full not in known:
             own = [each for each in known if each.partition(".")[0] == owner] or list(known)
-            raise UnknownName(f"no quantity {name!r}; there are: {', '.join(own) or 'none yet'}{hint(name, own)}")
+            raise UnknownName(f"no quantity {name!r}; available: {', '.join(own) or 'none yet'}{hint(name, own)}")
         if owner in parts:
             known[full].check_kept = partial(check_kept, parts[owner])
         return known[full]

@@ -327,7 +327,7 @@ def view_of(chips: Sequence[Chip], start: int, stop: int, unit: int) -> ViewerSe
 
 
 def _apart(marks: Iterable[tuple[int, str]], distance: int) -> list[tuple[int, str]]:
-    """Return the marks that are far enough apart, in chronological order, at most as many as a viewer can name.
+    """Return, in chronological order, marks that are far enough apart; at most as many as a viewer has names for.
 
     The marks are tried in the order given; a mark is left out unless it is more than `distance` away from
     every mark kept so far.

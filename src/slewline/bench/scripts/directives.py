@@ -228,7 +228,7 @@ def _tell_part(rest: str) -> DirectiveKind:
     def fits(runner: ScriptRunner, _chip: Chip) -> None:
         if name not in runner.bench.parts:
             parts = runner.bench.parts
-            raise UnknownName(f"the bench has no part {name!r}; there are: {', '.join(parts)}{hint(name, parts)}")
+            raise UnknownName(f"the bench has no part {name!r}; available: {', '.join(parts)}{hint(name, parts)}")
         verbs = runner.bench.parts[name].verbs
         if verb not in verbs:
             allowed = f"allowed {', '.join(map(repr, verbs))}" if verbs else "a script cannot operate this part"
@@ -355,7 +355,7 @@ def _wait_status(bit: str) -> DirectiveKind:
 
 
 def _not_started(chip: Chip, axis: int) -> str:
-    """Return the finding that explains why an axis is at rest, as text; "" if none, or if the axis moved later."""
+    """Return, as text, the finding that explains why an axis is at rest; "" if none, or if the axis moved later."""
     found = [each for each in chip.findings if each.code == "no-start" and each.text.startswith(f"axis {axis}:")]
     if not found or chip.axis(axis).motor.count(found[-1].time_ps + 1, chip.kernel.now):
         return ""

@@ -32,7 +32,7 @@ def program_text(path: str | PathLike[str], data: bytes | None = None) -> str:
 
 
 def program_script(text: str, where: str, sheet: Sheet) -> Script:
-    """Return the script of a program file; for .hex, it sends bytes line by line, or packets to a chipset.
+    """Return the script of a program file; that of a .hex file sends bytes line by line, or packets to a chipset.
 
     Args:
         where: the name of the file.

@@ -122,9 +122,9 @@ class FlowProtocol(ScriptProtocol):
 
 
 class AdaptiveProtocol(ScriptProtocol):
-    """The rules for a line whose baud rate the chip detects: a command is a line, in the form that the mode requires.
+    """The rules for a serial line with a baud rate that the chip detects.
 
-    The answer to a query is reported.
+    Each command is a line in the form that the mode requires.  The answer to a query is reported.
     """
 
     def command(self, body: str) -> Queue:

@@ -174,7 +174,7 @@ def read_script(text: str, where: str = "script") -> Script:
 
 
 def _plain(step: ScriptLine) -> None:
-    """Check that a line is not too long and, unless it is a @note, that it is printable ASCII."""
+    """Check that a line is not too long and, unless it is an @note, that it is printable ASCII."""
     if len(step.text) > LONGEST:
         raise UsageError(f"a line of {len(step.text)} characters; allowed up to {LONGEST}")
     odd = next((c for c in step.text if not " " <= c <= "~"), None)
@@ -184,7 +184,7 @@ def _plain(step: ScriptLine) -> None:
 
 
 def _line(step: ScriptLine) -> ScriptLine:
-    """Return the script line for a line without @; in some dialects, words such as `wait` make it a directive."""
+    """Return a line without @, ready to queue; in some dialects, a word such as `wait` makes it a directive."""
     word = step.text.split()[0].lower()
     if word not in DIRECTIVES:
         return step

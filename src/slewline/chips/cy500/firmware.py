@@ -1,4 +1,4 @@
-"""The CY500, first of its family: input lines can start, stop and reverse its motor, and trigger each step.
+"""The CY500, the first of its family: input lines can start, stop and reverse its motor, and trigger each step.
 
 Where no source describes its behaviour, most of it is inferred from its successors: see quirks.py.
 """

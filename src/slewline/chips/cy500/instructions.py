@@ -70,7 +70,7 @@ class Instructions(sloped.Instructions, instructions.Instructions):
         super().do_athome()
 
     def do_number(self, steps: int) -> None:
-        """N: load the number of steps of the next G; directly after A, load one step less, and report a finding."""
+        """N: load the number of steps of the next G; directly after A, load one step fewer, and report a finding."""
         if self.registers.last == "ATHOME" and steps:
             steps -= 1
             self.chip.finding("n-after-a", f"command N directly after A moves one step less: {steps}")

@@ -1,8 +1,8 @@
 """Gaps in our knowledge of the CY512, whose manual is not available: the model's choice, its reason, and its test.
 
-All choices are inferred: from remarks about the CY512 in the CY525 manual; where these remarks state nothing, from
-the CY525 itself; and from the CY500.  Times apply at 11 MHz.  UND in an id means that no source states the matter,
-CON that two passages disagree about it.  Data only.
+All choices are inferred: from remarks about the CY512 in the CY525 manual, from the CY525 itself where
+these remarks are silent, and from the CY500.  Times apply at 11 MHz.  UND in an id means that no source
+states the matter, CON that two passages disagree about it.  Data only.
 """
 
 from __future__ import annotations

@@ -88,7 +88,7 @@ def after(statement: Statement, state: State) -> State:
 
 
 class Walk:
-    """All motions of the text of a program, each with every set of register values that it can start with."""
+    """All motions in the text of a program, each with every set of register values that it can start with."""
 
     def __init__(self, source: Source) -> None:
         self.motions: dict[KnownMotion, None] = {}  # in order of discovery

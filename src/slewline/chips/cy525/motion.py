@@ -258,7 +258,7 @@ class Motion(motion.Motion):
     def stretched(self, leg: str) -> int:
         """Put the position on the bus, first the high byte, then the low byte, if I/O SELECT is high (fig. 6.5).
 
-        Returns the clocks by which this lengthens the step that begins now: none at a constant rate, 20 µs
+        Returns the number of clocks by which this lengthens the step that begins now: none at a constant rate, 20 µs
         (at 11 MHz) in a ramp.
         """
         if self.select.level != 1:

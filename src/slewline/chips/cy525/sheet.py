@@ -1,6 +1,6 @@
 """The CY525 data sheet as data, from the CY525 manual (Cybernetic Micro Systems, 1984).  No behaviour in this file.
 
-Each time is stated for the crystal frequency that the manual gives with it; the chip counts crystal
+Each time applies at the crystal frequency that the manual states with it; the chip counts crystal
 clocks, so every time scales with the crystal.  "T.V" is the manual's Table V, "s.7" its section 7.
 """
 

@@ -107,7 +107,7 @@ class Stepwise(twin.Stepwise):
 
     # ------------------------------------------------------------------------------------------------------- one step
     def stretched(self, step: TwinStep) -> int:
-        """Read out the position if I/O SELECT is high; return the clocks by which this lengthens the step."""
+        """Read out the position if I/O SELECT is high; return the number of clocks by which this lengthens the step."""
         if self.select.level == 0:
             return 0
         if self.request.level == 0:
@@ -161,7 +161,7 @@ class Stepwise(twin.Stepwise):
         return aborts or await self.requested(just, coming)
 
     def asked_to_halt(self) -> bool:
-        """Return whether I/O REQUEST is low in a normal motion, and so halts it; report a finding if it does."""
+        """Return whether I/O REQUEST halts the motion, as it does if low in a normal one; report a finding if so."""
         if self.continuous or self.request.level == 1:
             return False
         self.chip.finding("fly-rate-outside-continuous", "a normal motion accepts no rate requests")

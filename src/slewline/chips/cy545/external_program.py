@@ -42,7 +42,7 @@ class Program:
         return self.registers.pointer if self.immediate else self.at
 
     def begin(self) -> None:
-        """Run the program from the pointer; no loop counts exist then, because the end of a program clears them."""
+        """Run the program from the pointer; there are no loop counts then, as the end of a program clears them."""
         if not self.running:
             self.reported.clear()
         self.running = True

@@ -191,11 +191,13 @@ class Cy545(Chip):
 
     def _does(self) -> tuple[str, int]:
         self._port.catch_up()
+        self._serial.catch_up()
         return super()._does()
 
     @property
     def unfinished(self) -> str:
         """The part of a command line that has been received so far."""
+        self._serial.catch_up()
         coming = self._port.catch_up() if self.state.ascii else ""
         return self._interpreter.decoder.unfinished + coming
 

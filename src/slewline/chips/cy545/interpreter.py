@@ -55,7 +55,7 @@ class Interpreter:
         self.handlers: dict[str, Callable[..., Awaitable[None] | None]] = {
             row.form: getattr(instructions, row.handler) for row in chip.sheet.commands
         }
-        arbiter.port.reader = self
+        arbiter.port.reader = arbiter.serial.reader = self
         arbiter.port.watched_nets = arbiter.serial.arrived, arbiter.port.bits.pins[6], *(net for net, _ in jog.watched)
 
     async def run(self) -> None:
@@ -81,7 +81,7 @@ class Interpreter:
         while found is None and not self.decoder.at_letter:
             byte = await self.arbiter.byte()
             if self.arbiter.port.come:
-                self.decoder.keep(bytes([byte]) + self.arbiter.port.kept(), self.registers.ascii)
+                self.keep(bytes([byte]) + self.arbiter.port.kept())
             else:
                 found = self.feed(byte)
         return found
@@ -101,8 +101,12 @@ class Interpreter:
             return -1
         return self.decoder.kept(data, at, self.registers.ascii)
 
+    def keep(self, data: bytes) -> None:
+        """Store bytes, as counted by `kept`, in the command in progress."""
+        self.decoder.keep(data, self.registers.ascii)
+
     def feed(self, byte: int) -> CommandText | None:
-        """Pass a byte to the decoder, and report faults of the command; return the command if the byte completes it."""
+        """Pass a byte to the decoder, and report faults in the command; return the command if this completes it."""
         found = self.decoder.feed(byte, self.registers.ascii)
         if self.decoder.notes:
             for note in self.decoder.take_notes():
@@ -260,8 +264,9 @@ class Interpreter:
     async def fetch(self) -> int:
         """Return the byte at the pointer, and increment the pointer, which wraps."""
         registers = self.registers
-        byte: int = await self.local_bus.read(registers.pointer)
-        registers.pointer += 1
+        pointer = registers.pointer
+        byte: int = await self.local_bus.read(pointer)
+        registers.pointer = pointer + 1
         return byte
 
     def skip(self) -> None:

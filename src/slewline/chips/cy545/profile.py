@@ -43,7 +43,7 @@ class Law(NamedTuple):
         return min(self.periods)
 
     def unit_ticks(self, slope: int) -> int:
-        """Return the clocks per unit of the rate parameter; S = 0 gives 256 times as many as S = 255."""
+        """Return the clocks per unit of the rate parameter; S = 0 results in 256 times as many as S = 255."""
         return (256 - slope) * self.unit
 
 

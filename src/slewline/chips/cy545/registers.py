@@ -33,7 +33,7 @@ class Registers(registers.Registers):
     @property
     def ascii(self) -> bool:
         """True while commands are in ASCII, not in binary."""
-        return self.has(sheet.MB_ASCII)
+        return bool(self.values["mode"] & sheet.MB_ASCII)
 
     @property
     def pointer(self) -> int:

@@ -308,7 +308,8 @@ def fitted(sheet: Sheet, options: Mapping[str, Any]) -> Sheet:
     """Return a copy of a sheet with the given options as its defaults, and with the rates that they select.
 
     Args:
-        options: all options, checked; the rates are `inferred.rates` or the table named by `rate_table`.
+        options: all options, already checked; the rates that they select are `inferred.rates` or the table
+            named by `rate_table`.
     """
     rates = tuple(options["inferred"]["rates"]) or TABLES[options["rate_table"]]
     return replace(sheet, rates=rates, options=defaulted(sheet.options, options))

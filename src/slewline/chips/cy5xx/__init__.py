@@ -1,4 +1,4 @@
-"""The code common to the CY5xx family: the objects that a chip owns, each of which knows only a few others.
+"""The code common to the CY5xx family: the objects that a chip owns, each of which refers to only a few others.
 
     registers.py      parameters, and the fields that RESET and the I command clear
     phase_outputs.py  PULSE, the phases, DIRECTION, SLEW
@@ -11,7 +11,7 @@
     supply.py         power, RESET
     firmware.py       the chip that owns them, and its public interface
 
-Each object knows only the objects above it in this list; it notifies those below it through a few
+Each object refers only to the objects above it in this list; it notifies those below it through a few
 methods, which it declares itself.  A part adds its sheet, its law of motion, and its differences.
 
 Further modules:

@@ -95,7 +95,7 @@ def judged(
 
 
 def written_for(source: Source) -> None:
-    """Report, once, that a text may be written for a sister part, if faulty commands are correct in that part.
+    """Report, once, that a text may have been written for a sister part, if faulty commands are correct in that part.
 
     The remedy lists all letters whose meaning differs in the sister part.  If several sister parts qualify,
     choose the part that makes the largest number of faulty commands correct; in a tie, the part with the

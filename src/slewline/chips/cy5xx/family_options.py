@@ -56,6 +56,6 @@ def slopes(periods: Sequence[int], least: int, phases: Sequence[int], where: str
 
 
 def _many(*counts: int) -> Callable[[Sequence[int]], str]:
-    """Return a check of a list: it returns an error text if the list's length is none of `counts`, else ""."""
+    """Return a check of a list: a function that returns an error text if the length is not in `counts`, else ""."""
     allowed = " or ".join(str(count) if count else "none" for count in counts)
     return lambda given: "" if len(given) in counts else f"{len(given)} numbers; allowed {allowed}"

@@ -49,7 +49,7 @@ class Interpreter:
             )
 
     def lead(self, row: Row) -> int:
-        """Return the number of clocks by which a command begins before it is due.
+        """Return how many clocks before its due time a command begins.
 
         A motion begins early, because it sets READY and DIRECTION before its first step.
         """

@@ -1,9 +1,9 @@
-"""Data common to parts that fit one 40-pin socket: pins, commands, and times printed in a manual of 1984.
+"""Data common to parts that fit one 40-pin socket: pins, commands, and times printed in a 1984 manual.
 
 The sheets of the parts begin with this data and state their differences; the two parts whose rate grows
 by S with each step (sloped.py) also share registers and half steps.  Data only.
 
-Each time is stated for the crystal that the manual names with it; the chip counts crystal clocks, so
+Each time applies to the crystal that the manual names with it; the chip counts crystal clocks, so
 every time scales with the crystal.  "T.V" is the manual's Table V, "s.7" its section 7.
 """
 

@@ -318,7 +318,7 @@ class GsC(InLines, Chip):
 
     @from_outside
     def kill(self) -> None:
-        """End the program and the motion immediately, as command K does, but without a host's line or an answer.
+        """End the program and the motion immediately, like command K, but with no line from a host and no answer.
 
         This is an external input, which a journal records.  The registers and the program are kept.
         """

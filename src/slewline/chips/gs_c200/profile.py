@@ -32,7 +32,7 @@ Law = Callable[[float, float, int, int], float]
 
 
 def constant_acceleration(start: float, top: float, ramp: int, k: int) -> float:
-    """Return the rate at step k of a ramp if the rate's square grows linearly with the steps (constant torque)."""
+    """Return the rate at step k of a constant-torque ramp: the square of the rate grows linearly with k."""
     return sqrt(start * start + (top * top - start * start) * k / ramp)
 
 
@@ -98,7 +98,7 @@ def down(up: Runs, intervals: int) -> Runs:
 
 
 def endless(start: int, top: int, length: int, law: Law = constant_acceleration, limit: int = OPEN) -> Plan:
-    """Return the plan of an endless motion, which ends without a ramp after `limit` steps (end of the counter)."""
+    """Return the plan of an open-ended motion, which ends without a ramp after `limit` steps (counter's end)."""
     up = head(ramp(start, top, length, law), limit)
     rest = limit - len(up) if limit < OPEN else OPEN
     return plan(("up", up), ("slew", ((period(top), rest),)))

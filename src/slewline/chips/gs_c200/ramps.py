@@ -68,12 +68,12 @@ class GscRamp(Ramp):
 
     @property
     def reached_from(self) -> int | None:
-        """The number of steps of the shortest move that reaches the top speed; None if no move reaches it."""
+        """The number of steps in the shortest move that reaches the top speed; None if no move reaches it."""
         return least(lambda number: GscMove(self, number).reached, 1, len(POSITIONS[self.part]) - 1)
 
     @property
     def distances(self) -> tuple[int, int, str]:
-        """The minimum and maximum numbers of steps of a move, and the parameter that sets these limits ("": none)."""
+        """The minimum and maximum numbers of steps in a move, and the parameter that sets them ("": none)."""
         return 1, len(POSITIONS[self.part]) - 1, ""
 
     def made(self, distance: int) -> GscMove:

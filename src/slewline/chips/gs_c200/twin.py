@@ -142,7 +142,7 @@ class Stepwise:
         await until(self.kernel, self.kernel.now + self.times_ps["dir_setup"])
 
     async def step(self, period: int, sign: int, last: bool) -> None:
-        """Output a pulse, and let the time until the next pulse pass."""
+        """Output a pulse, then wait until the next one is due."""
         clock, counter = self.lines.clock, self.counter
         begin = self.begun_ps = self.kernel.now
         leg = Leg(self.leg(self.made), ((period, 1),), 0, 1)

@@ -56,7 +56,7 @@ class Activity:
             self.chip.waits(awaited)
 
     def awaited(self) -> str:
-        """Return the text for `waiting`: the chipset waits for the end of motions, for a time, or for a command."""
+        """Return the text for `waiting`: the awaited event (the end of motions, a time, or a command)."""
         states = self.registers.states
         moving = [state.number for state in states if state.in_motion]
         if moving:

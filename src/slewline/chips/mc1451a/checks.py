@@ -60,12 +60,12 @@ class KnownMove:
         return name in pending and self.used[name] is not None and pending[name].values[0] != self.used[name]
 
     def after(self, seconds: float) -> KnownMove | None:
-        """Return the move as it will be after a number of seconds; None if the move may be over by then."""
+        """Return the rest of the move after a number of seconds; None if the move may be over by then."""
         return replace(self, left_s=self.left_s - seconds) if self.left_s > seconds else None
 
 
 def waited_s(directive: Directive) -> float:
-    """Return the time (s) for which a directive makes the host wait; infinite if unknown, as for an event."""
+    """Return how long (s) a directive makes the host wait; infinite if unknown, as when it waits for an event."""
     if directive.verb != "wait":
         return inf
     try:
@@ -117,7 +117,7 @@ class KnownAxis:
     at: int | None = 0  # position, or destination
 
     def value(self, name: str) -> int | None:
-        """Return the value last written by the command `name`; if none, 0 after RESET, otherwise None (unknown)."""
+        """Return the value last written by the command `name`; if none, return 0 after RESET, else None (unknown)."""
         if name in self.written:
             return self.written[name].values[0]
         return 0 if self.is_reset else None
@@ -309,7 +309,7 @@ class KnownChipset:
             self.warn(axis.written["SET_ACC"], "acceleration-sign", found, note=True)
 
     def end(self) -> None:
-        """At the end of the script, report commands that still wait for an update, and an auto stop without effect."""
+        """Report commands that still wait for an update at the end of the script, and an auto stop without effect."""
         for axis in self.axes:
             if pending := forgotten(axis.pending, axis.armed, axis.auto_update):
                 last = axis.pending[pending[-1]]

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Sequence
+from functools import partial
 
 from ...core.context import ChipContext
 from ...core.datasheet.command_rows import PacketRow
@@ -249,7 +250,7 @@ class Port:
         return self.shown
 
     def read_on(self) -> None:
-        """Advance to the next byte, because a byte has been read; after the second byte of a word, lower HostRdy."""
+        """Advance to the next byte after one has been read; if it was the second byte of a word, lower HostRdy."""
         if not self.ready:
             return
         self.half = not self.half
@@ -271,18 +272,17 @@ class Port:
         self.strobed_at = self.kernel.now
         self.activity.serve()
 
-        def serve() -> None:
-            if starts == self.supply.starts:  # no reset meanwhile
-                self._serve(then)
-
         tick = self.clock.ticks_from(self.kernel.now) + self.busy_ticks
-        self.kernel.call_at(self.clock.ps(tick), serve)
+        self.kernel.call_at(self.clock.ps(tick), partial(self._serve, starts, then))
 
-    def _serve(self, then: Callable[[], None]) -> None:
-        """Call a function, and raise HostRdy at the end of the slice.
+    def _serve(self, starts: int, then: Callable[[], None]) -> None:
+        """Call a function and raise HostRdy at the end of the slice; do nothing if a reset has occurred meanwhile.
 
-        After the command RESET, HostRdy stays low; `supply` raises it ten cycles later.
+        `starts` is the number of the start during which the slice began.  After the command RESET,
+        HostRdy stays low; `supply` raises it ten cycles later.
         """
+        if starts != self.supply.starts:
+            return
         self.motion.catch_up()
         self.ready = True
         then()

@@ -97,8 +97,9 @@ class Motion:
     def _schedule(self) -> None:
         """Ensure that the kernel calls this object at the next due cycle or earlier; each call schedules the next.
 
-        Calls that are no longer needed are not cancelled, because such a call is cheap.  If each host write
-        cancelled a call, it would leave an entry in the kernel, and a motion may last for hours.
+        Calls that are no longer needed are not cancelled, because such a call is cheap.  A cancelled call,
+        however, leaves an entry in the kernel; with one for each host write, the entries would mount up in a
+        motion that lasts for hours.
         """
         due = min(trajectory.due for trajectory in self.trajectories)
         tick = self.cycle_clock.tick(due)

@@ -91,7 +91,7 @@ class Supply:
         self._start_in(0)
 
     def request(self) -> None:
-        """Request a reset at the end of the packet in progress, which is the RESET command."""
+        """Request a reset when the packet in progress, the RESET command, is complete."""
         self.restarting = True
 
     def restarted(self) -> bool:

@@ -242,7 +242,7 @@ class DriveCommand(ServeCommand):
 
 @contextmanager
 def kept_if_it_begins(folder: Path) -> Iterator[None]:
-    """Remove the folder of a session that fails to start, so that it does not displace an earlier black box."""
+    """Remove the folder of a session that fails to start, so that the black box of an earlier session is kept."""
     try:
         yield
     except BaseException:

@@ -93,8 +93,8 @@ def serve_command(**options: Any) -> int:
     """Serve a chip on a port, where host software finds it as if it were real, until SIGINT, SIGTERM or SIGHUP.
 
     Each port is printed on the standard output as soon as it is open: its name, and the URL or the device
-    under which pySerial finds it.  By default a module runs at 9600 baud with checksums (--strap chs=0:
-    without).
+    under which pySerial finds it.  By default a module runs at 9600 baud with checksums (--strap chs=0
+    switches them off).
 
     A pseudo-terminal has 8 bits and no parity, whatever the host sets.  A host may request 7O2
     repeatedly, but the second of two requests in quick succession fails with EINVAL (invalid argument).  A

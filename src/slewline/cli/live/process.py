@@ -56,7 +56,7 @@ class PanelProcess(Closing):
 
     @classmethod
     def beside(cls, listen: str, read_only: bool = False, allow_remote: bool = False) -> PanelProcess:
-        """Return a panel for a server in this process; `open` gives that server a control port with a secret token."""
+        """Return a panel for a server in this process; `open` opens the server's control port, with a secret token."""
         return cls(listen, secrets.token_urlsafe(24), read_only, allow_remote)
 
     def open(self, server: Server) -> None:

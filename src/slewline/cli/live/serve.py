@@ -147,7 +147,7 @@ class ServeCommand(BenchOptions):
             )
         if self.log and Path(self.log).suffix[1:].lower() in CATALOGUE.names():
             raise click.UsageError(
-                f"--log {self.log}: is a program, judging by its extension; give the transcript another name"
+                f"--log {self.log} is a program, judging by its extension; give the transcript another name"
             )
         if self.log and self.journal and os.path.realpath(self.log) == os.path.realpath(self.journal):
             raise click.UsageError("--log and --journal: the same file; give each a file of its own")
@@ -227,7 +227,7 @@ def bus_of(part: str) -> str | None:
 def over_which(sheet: Sheet, kind: str) -> str | None:
     """Return the name of the channel that a port of a given kind serves.
 
-    None if the part has only one channel, or no channel of the kind that the port needs.
+    The result is None if the part has only one channel, or no channel of the kind that the port needs.
     """
     if len(sheet.channels) == 1:
         return None

@@ -210,7 +210,7 @@ def compare(model: str, measured: str | None, **options: Any) -> int:
 
     for name in filter(None, (model, measured)):
         if measured is not None and Path(name).is_file() and is_dialogue(name):
-            raise click.UsageError(f"{name}: is a dialogue, which is compared only with the model; name {ALLOWED}")
+            raise click.UsageError(f"{name} is a dialogue, which is compared only with the model; name {ALLOWED}")
     wrong = DIALOGUES if measured is not None else WAVEFORMS
     given = [name for name in wrong if options[name] not in (None, False, (), "first")]
     if given:
@@ -222,7 +222,7 @@ def compare(model: str, measured: str | None, **options: Any) -> int:
         if model.lower().endswith(".vcd"):
             raise click.UsageError(f"Missing argument 'MEASURED.vcd'.  Name {ALLOWED}")
         if not is_dialogue(model):
-            raise click.UsageError(f"{model}: is not a dialogue; name {ALLOWED}")
+            raise click.UsageError(f"{model} is not a dialogue; name {ALLOWED}")
         return CompareDialogue(dialogue=model, **rest).perform()
     from ..recordings.compare import compare as compare_waveforms
 

@@ -76,7 +76,7 @@ class EpicsCommand(SettingOptions):
 
         sheet = sheet_of(self.part)
         if not sheet.acting("goto"):
-            raise UsageError(f"{self.part}: has no serial line; choose a part with one")
+            raise UsageError(f"{self.part} has no serial line; choose a part with one")
         values = self.values()
         found = self.found(self.port, sheet, may_move=True)
         try:

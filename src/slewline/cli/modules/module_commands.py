@@ -62,8 +62,8 @@ def push_command(**options: Any) -> int:
 
     PORT is a name or URL that pySerial accepts: /dev/ttyUSB0, COM3, socket://HOST:PORT, rfc2217://HOST:PORT.
     The old program is saved first.  With --store the module stores the program in its EEPROM, but only after
-    the listing has agreed.  After an error the present content of the module is reported; repeating the
-    command resumes from there.
+    the listing has been found to match.  After an error the present content of the module is reported;
+    repeating the command resumes from there.
 
     A GS-C200 stays in program entry, because the only command that ends it, E, also runs the program.
     """
@@ -97,7 +97,7 @@ def push_command(**options: Any) -> int:
 @click.option("--replace", is_flag=True, help="Let moves replace the program in the module's RAM.")
 @click.option("--allow-remote", is_flag=True, help="Other machines may connect, and move the motor.")
 def epics_command(**options: Any) -> int:
-    """Serve the motor of a real module on PORT as a motor record, on Channel Access, until SIGINT or SIGTERM.
+    """Serve the motor of a real module on PORT as a motor record, over Channel Access, until SIGINT or SIGTERM.
 
     PORT is a name or URL that pySerial accepts: /dev/ttyUSB0, COM3, socket://HOST:PORT, rfc2217://HOST:PORT.
     The parameters set the ramp of every move, as in `slewline ramp CHIP`: S=10 T="1000 steps/s" R=50.  A put
@@ -131,8 +131,8 @@ def firmware_command(**options: Any) -> int:
     """Write the firmware of a board to a file, and print how to load it; without NAME, list all firmware.
 
     gs-c200s and gs-c200 turn a Raspberry Pi Pico into a replacement for a module; uno turns an Arduino Uno
-    into the board for slewline drive.  The file is searched for next to the installed wheel, in the build of
-    a checkout, and in the current directory.
+    into the board for slewline drive.  The command looks for the file next to the installed wheel, in the
+    build of a checkout, and in the current directory.
 
     With --check, a fixed set of lines is sent to the board, and its answers are compared with those of the
     model, as with slewline compare.  First switch the board on, with its user inputs open.  PORT is a name

@@ -126,7 +126,7 @@ def show_unasked(conversation: Conversation) -> None:
 
 # --------------------------------------------------------------------------------------------------------------- input
 def piped(conversation: Conversation) -> Iterator[str]:
-    """Yield the lines of standard input, which is a file or pipe; print each, because it was not typed."""
+    """Yield the lines of standard input, which is a file or pipe; echo each line, because it was not typed."""
     for line in sys.stdin:
         click.echo(f"{conversation.sheet.part}> {line.rstrip()}")
         yield line

@@ -92,7 +92,7 @@ def calibrate_command(**options: Any) -> int:
 @path("--bench", metavar="F.toml", help="Write a bench file with the ramp, for slewline run.")
 @OPTIONS
 def tune_command(**options: Any) -> int:
-    """Find the fastest ramp of a chip that a motor with its driver and load can follow.
+    """Find, among the ramps of a chip, the fastest that a motor with its driver and load can follow.
 
     Every move that the chip can make on a grid of parameters is a candidate.  Candidates are simulated, the
     fastest first, with the physics of the motor, under perturbations of load, inertia, supply, current,

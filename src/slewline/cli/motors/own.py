@@ -31,7 +31,7 @@ def motor_value(text: str) -> Any:
     found = read_toml(text, read_text(text))
     if {"chip", "part"} & found.keys():
         raise BenchFileError(
-            f"{text}: is a bench file; allowed: the figures of one motor, one per line, such as "
+            f"{text} is a bench file; allowed: the figures of one motor, one per line, such as "
             'current = "2 A" and resistance = "1.4 ohm"'
         )
     table = found["motor"] if found.keys() == {"motor"} else found

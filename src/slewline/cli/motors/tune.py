@@ -1,4 +1,4 @@
-"""tune: the fastest ramp of a chip that a motor can follow."""
+"""tune: the fastest ramp, among those of a chip, that a motor can follow."""
 
 from __future__ import annotations
 

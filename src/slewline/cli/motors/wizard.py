@@ -168,7 +168,7 @@ def motor_of(given: dict[str, str]) -> MotorData:
 
 
 def driver_question(given: dict[str, str]) -> Question:
-    """Return the question for the driver; its choices suit the motor named in the answers so far."""
+    """Return the question about the driver; its choices suit the motor named in the answers so far."""
     from ...parts.motors.drivers import read_driver
 
     motor = motor_of(given)

@@ -207,7 +207,7 @@ class PinDrive(Completed[tuple[str, int, int]]):
 
 
 def wrong_level(value: str) -> str:
-    """Return a message if the text gives a pin a level other than 0 or 1; otherwise an empty string."""
+    """Return a message if the text assigns a pin a level other than 0 or 1; otherwise an empty string."""
     match = re.fullmatch(r"\s*(\w+(?:\.\w+)?)\s*=\s*([^\s@]+)\s*(@.*)?", value)
     if match is None or match[2] in ("0", "1"):
         return ""

@@ -49,7 +49,7 @@ RECORDINGS = (".csv", ".sr")
 
 
 def misplaced(command: click.Command, ctx: click.Context, args: Sequence[str]) -> str | None:
-    """Return a message with a misplaced word and the line that the user meant; None if no correction is found."""
+    """Return a message with a misplaced word and a corrected line; None if no correction is found."""
     try:
         words, rest = parted(command, args)
     except LookupError:
@@ -89,7 +89,7 @@ def misplaced(command: click.Command, ctx: click.Context, args: Sequence[str]) -
 
 
 def exchanged(command: click.Command, ctx: click.Context, args: Sequence[str], words: Sequence[str]) -> str:
-    """Return a message that an output file and a port are swapped, with the right line; empty if they are not."""
+    """Return a message if an output file and a port are swapped, with the corrected line; otherwise ""."""
     written = next((each for each in command.params if "--output" in each.opts), None)
     first = next((each for each in command.get_params(ctx) if isinstance(each, click.Argument)), None)
     if written is None or first is None or TAKES.get(first.name or "") != TAKES["port"] or len(words) != 1:
@@ -103,7 +103,7 @@ def exchanged(command: click.Command, ctx: click.Context, args: Sequence[str], w
 
 
 def describe(word: str, kind: str, argument: click.Argument | None) -> str:
-    """Return a text with the kind of a misplaced word, and the name of the argument expected in its place."""
+    """Return a text that names the kind of a misplaced word and the argument expected in its place."""
     if kind == ANY:
         return f"{word!r} is not {shown(argument)}" if argument is not None else f"{word!r} is one word too many"
     here = argument is not None and not fits(kind, TAKES.get(argument.name or ""))

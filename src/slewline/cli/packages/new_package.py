@@ -39,7 +39,7 @@ def new(kind: Kind, name: str, output: str) -> int:
     check_shape(kind, name)
     place = Path(output) / name
     if os.path.lexists(place):
-        raise UsageError(f"{place}: exists already; give another name, or another folder with --output")
+        raise UsageError(f"{place} exists already; give another name, or another folder with --output")
     check_free(kind, name)
     texts = rendered(kind, name)
     made(output)
@@ -133,7 +133,7 @@ def write_whole(place: Path, texts: Mapping[Path, bytes]) -> None:
             (part / path).write_bytes(text)
         part.rename(place)
     except OSError as error:
-        why = f"{place}: cannot be written ({error.strerror})"
+        why = f"{place} cannot be written ({error.strerror})"
         raise UsageError(f"{why}; give another folder with --output") from None
     finally:
         shutil.rmtree(part, ignore_errors=True)

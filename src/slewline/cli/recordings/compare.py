@@ -69,7 +69,7 @@ def _inverted(given: Iterable[str], signals: list[SignalPair]) -> set[str]:
 
 
 def _pairs(ours: Waveforms, theirs: Waveforms, given: Iterable[str]) -> list[tuple[str, str]]:
-    """Return pairs of names, in the model and in the measurement: the given pairs, else signals of equal name."""
+    """Return pairs of signal names, in the model and in the measurement: those given, else matching names."""
     pairs = [tuple(part.strip() for part in pair.partition("=")) for text in given for pair in text.split(",")]
     for name, equals, other in pairs:
         if not (name and equals and other):

@@ -42,10 +42,10 @@ def translate_bench_file(
 
     for name, value in (("--chip", chip), ("--crystal", crystal), ("--plot", plot)):
         if value is not None:
-            raise UsageError(f"{name}: is for a single program; a bench file sets it for each chip")
+            raise UsageError(f"{name} is for a single program; a bench file sets it for each chip")
     if output is None or Path(output).is_file():
         raise UsageError(
-            f"{file}: is a bench file, which is translated to several files; give a folder for them: --output FOLDER"
+            f"{file} is a bench file, which is translated to several files; give a folder for them: --output FOLDER"
         )
     done = translate_bench(
         file, to, options=writer_options(steps_per_mm, axis, unroll, settings), target_crystal=target_crystal
@@ -131,7 +131,7 @@ def around(done: BenchTranslation, proof: BenchProof | None, refused: str) -> It
 def bench_data(
     done: BenchTranslation, proof: BenchProof | None, proofs: dict[str, Proof], refused: str
 ) -> dict[str, Any]:
-    """Return the result of translating a bench as plain data, with the proofs and the error on loading it."""
+    """Return the result of translating a bench as plain data, with the proofs and any error in loading it."""
     found: dict[str, Any] = {
         "to": done.to,
         "programs": {name: data(each, proofs.get(name)) for name, each in done.programs.items()},

@@ -133,7 +133,7 @@ class Catalogue(Generic[T]):
             remedy = f"; it is a bench file: slewline serve --bench {name}, or slewline.load({name!r})"
         elif not remedy and "." in str(name):
             remedy = f"; a class of your own is module:Class, such as {name}:Class"
-        return UnknownName(f"no {self.what} {name!r}; there are: {', '.join(names)}{remedy}")
+        return UnknownName(f"no {self.what} {name!r}; available: {', '.join(names)}{remedy}")
 
     # --------------------------------------------------------------------------------------------------- any module
     def _imported(self, place: str, places: str) -> type[T]:

@@ -326,7 +326,7 @@ def checked(
     found = {}
     for name, row in known.items():
         if name not in given and row.required:
-            raise UsageError(f"{owner}: needs the option {name}: {row.allowed}")
+            raise UsageError(f"{owner} needs the option {name}: {row.allowed}")
         is_default = name not in given and row.kind != "table"
         found[name] = row.default if is_default else row.checked(owner, given.get(name, row.default))
     return found

@@ -50,11 +50,11 @@ def packages(pins: Iterable[Pin]) -> list[Package]:
 
 
 def _by_package(pins: Sequence[Pin]) -> dict[str, list[Pin]]:
-    """Return the pins of each package, keyed by its name; the only package of a part has the name "".
+    """Return the pins of each package, keyed by package name; the only package of a part is named "".
 
-    In a chipset, `where` of a pin may state its package.  Otherwise, the package is that of the next pin in
-    the list which is a supply pin (or another pin without a signal) and whose name begins with a package
-    prefix, such as `io_` for the I/O chip.
+    In a chipset, the `where` field of a pin may state its package.  If it does not, the package follows
+    from the list of pins: it is that of the first pin, from this one on, that carries no signal (a supply
+    pin, for example) and whose name begins with a package prefix, such as `io_` for the I/O chip.
     """
     numbers = [pin.number for pin in pins if pin.number]
     if len({*numbers}) == len(numbers):

@@ -76,13 +76,13 @@ class Pin:
             names = ", ".join(REFLEXES)
             raise SheetError(f"pin {self.name}: reflex {self.reflex!r}; required: an active level, and one of {names}")
         if self.role and self.role not in ROLES:
-            raise SheetError(f"pin {self.name}: no role {self.role!r}; there are: {', '.join(ROLES)}")
+            raise SheetError(f"pin {self.name}: no role {self.role!r}; available: {', '.join(ROLES)}")
         if self.sense is None:
             object.__setattr__(self, "sense", self.active)
 
     @property
     def acts(self) -> int | None:
-        """The level at which the reflex of the pin acts; None if the pin has no active level."""
+        """The level that triggers the reflex of the pin; None if the pin has no active level."""
         level = self.active if self.sense is None else self.sense
         return 1 - level if self.role == "enable" and level is not None else level
 
@@ -92,7 +92,7 @@ class Pin:
         return self.in_out == "out"
 
     def plays(self, role: str, axis: int = 1) -> bool:
-        """Return whether the pin has the given role, and, if the role belongs to an axis, has it on the given axis."""
+        """Return whether the pin has the given role (on the given axis, if the role belongs to an axis)."""
         return self.role == role and (self.axis == axis or role not in AXIS_ROLES)
 
 
@@ -208,7 +208,7 @@ class Row:
 
     def __post_init__(self) -> None:
         if self.role and self.role not in ROW_ROLES:
-            raise SheetError(f"command {self.name}: no role {self.role!r}; there are: {', '.join(ROW_ROLES)}")
+            raise SheetError(f"command {self.name}: no role {self.role!r}; available: {', '.join(ROW_ROLES)}")
         if self.at_once and self.at_once not in AT_ONCE:
             raise SheetError(f"command {self.name}: at_once {self.at_once!r}; allowed {', '.join(AT_ONCE)}")
         if self.code < 0:
@@ -342,7 +342,7 @@ class Timing:
 
     @property
     def ticks(self) -> int:
-        """The time as a number of crystal clocks, the same for every crystal; half a clock or more is rounded up."""
+        """The time in crystal clocks, the same number for every crystal, rounded to the nearest (halves up)."""
         return int(self.us * self.mhz + 0.5)
 
 
@@ -469,7 +469,7 @@ class Table(Sequence[R_co]):
 @formerly(description="says")
 @dataclass(frozen=True, slots=True)
 class Bits:
-    """A field of a stored word: `width` bits, starting at bit `low`; the number 0 in these bits means `first`."""
+    """A field of a stored word: `width` bits from bit `low` up; its value is the number there plus `first`."""
 
     name: str
     low: int
@@ -488,7 +488,7 @@ class Bits:
 
 
 class DialectSpec(Protocol):
-    """The attributes of a dialect that sheets read; the complete class is in language/dialect.py."""
+    """The dialect attributes that a sheet uses; the complete class is in language/dialect.py."""
 
     @property
     def name(self) -> str:
@@ -620,7 +620,7 @@ class Sheet:
         return {pin: level for channel in self.channels for pin, level in channel.plain.items()}
 
     def elsewhere(self, name: str, value: object) -> str:
-        """Return text on how to set something that is not an option, such as a baud rate; "" if it cannot be set."""
+        """Return advice on setting what is not an option, such as a baud rate; "" if it cannot be set."""
         return next((message for channel in self.channels if (message := channel.elsewhere(name, value))), "")
 
     def channel(self, kind: type[C]) -> C | None:
@@ -636,7 +636,7 @@ class Sheet:
         channel = self.channel(kind)
         if channel is None:
             has = ", ".join(type(other).__name__ for other in self.channels) or "none"
-            raise SheetError(f"{self.part}: needs a {kind.__name__} among its channels; it has {has}: add one")
+            raise SheetError(f"{self.part} needs a {kind.__name__} among its channels; it has {has}: add one")
         return channel
 
     def rows(self, kind: type[R]) -> Table[R]:
@@ -652,7 +652,7 @@ class Sheet:
         return tuple(row for row in self.commands if row.role == role)
 
     def role(self, role: str, axis: int = 1) -> Pin | None:
-        """Return the first pin with a role, on this axis if the role belongs to an axis; None if there is none."""
+        """Return the first pin with a role (on the given axis, if it belongs to one); None if there is none."""
         return self._by_role.get((role, axis if role in AXIS_ROLES else 0))
 
     def in_role(self, role: str) -> Pin:
@@ -664,7 +664,7 @@ class Sheet:
         pin = self.role(role)
         if pin is None:
             raise SheetError(
-                f"{self.part}: needs a pin with the role {role!r}, but none has this role; set it for one pin"
+                f"{self.part} needs a pin with the role {role!r}, but none has this role; set it for one pin"
             )
         return pin
 

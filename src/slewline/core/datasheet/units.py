@@ -109,7 +109,7 @@ def _plain(unit: str) -> str:
 
 
 def other_kind(value: object, unit: str) -> str:
-    """Return a note on the wrong or missing unit of a text; an empty string if no note applies.
+    """Return a note on the wrong or missing unit in a text; an empty string if no note applies.
 
     The note begins a message, so it ends with a semicolon and a space: "mH is a unit of inductance; ".
     """

@@ -41,7 +41,7 @@ def check_text(owner: str, image: object) -> None:
 
 
 def size_of(image: bytes) -> int:
-    """Return the size in bytes of the part that an image is for: the image's length if in SIZES, else 64K."""
+    """Return the size in bytes of the part for an image: the image's length if it is in SIZES, else 64K."""
     return len(image) if len(image) in SIZES else LARGEST
 
 
@@ -55,10 +55,11 @@ def from_file(data: bytes, where: str) -> bytes:
     """Return the image in a file with this content: decoded if it is Intel HEX, else the content itself.
 
     Args:
-        where: the file, for messages.
+        where: the file, as named in messages.
 
     Raises:
-        BenchFileError: more than 64K bytes, or faulty Intel HEX; the message states the number of the line.
+        BenchFileError: the file has more than 64K bytes, or is faulty Intel HEX; the message states the number
+            of the line.
     """
     if is_hex(data):
         return from_hex(data.decode("latin-1"), where)

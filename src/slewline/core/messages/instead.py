@@ -99,10 +99,10 @@ def _names_there_are(one: object) -> list[str]:
 
 
 def seal(cls: type) -> None:
-    """Ensure that an attempt to set a public read-only property of a class raises an error with a remedy.
+    """Make every attempt to set a public read-only property of a class raise an error with a remedy.
 
-    The remedies are in the class's `_to_set`, keyed by property.  The setter added to each property does not
-    slow down reading it.
+    The remedies are in the class's `_to_set`, keyed by property.  The setter added to a
+    property does not slow down the reading of that property.
     """
     for name, own in [*vars(cls).items()]:
         if type(own) is property and own.fset is None and not name.startswith("_"):

@@ -43,7 +43,7 @@ def bare(name: str) -> str:
 
 
 def slips_between(one: str, other: str) -> float | None:
-    """Return the number of slips from one name to another; None if there are too many for names of this length.
+    """Return the number of typing slips between two names; None if it is too large for their length.
 
     Names that differ only in doubled letters, such as "halt" and "hallt", are half a slip apart.
     """

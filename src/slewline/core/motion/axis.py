@@ -200,7 +200,7 @@ class Axis:
 
     @property
     def counted(self) -> int:
-        """The net number of steps that the position register has counted since time 0; it counts no homing steps."""
+        """The net number of steps counted by the position register since time 0; homing steps do not count."""
         now = self.past[-1]
         return now.count + (now.counts * now.playing.count(self.kernel.seen) if now.playing is not None else 0)
 
@@ -241,8 +241,10 @@ class Axis:
             plan: the plan that the train plays.
             step: the step of the plan, counted from 0, with which the train starts.
         """
-        counts = sign if counted else 0
-        self.past.append(Segment(self.kernel.now, self.travel, self.counted, sign, counts, playing, plan, step))
+        now, counts = self.past[-1], sign if counted else 0
+        begun = now.playing.count(self.kernel.seen) if now.playing is not None else 0
+        travel, count = now.travel + now.sign * begun, now.count + now.counts * begun
+        self.past.append(Segment(self.kernel.now, travel, count, sign, counts, playing, plan, step))
         if len(self.past) > self.kept.full and self.kept.everything:
             self.kept.warn()
         elif len(self.past) > self.kept.full:
@@ -274,7 +276,7 @@ class Axis:
         return time
 
     def would_arrive(self, position: int) -> int | None:
-        """Return the instant (ps) at which the present train, if not interrupted, will reach a position next.
+        """Return the instant (ps) at which the present train, if uninterrupted, will next reach a position.
 
         It is None if the train does not bring the position register to this value.
         """

@@ -148,8 +148,8 @@ class History:
 
     Args:
         value: the value before the first change.
-        since: the first known instant (ps); until changes are dropped, earlier instants have the
-            value that holds at `since`.
+        since: the first known instant (ps); until changes are dropped, the value at earlier
+            instants is that at `since`.
     """
 
     def __init__(self, value: float = 0.0, since: int = 0) -> None:

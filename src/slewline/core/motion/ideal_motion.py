@@ -118,9 +118,9 @@ FOREVER = 4e6  # seconds: longer than any run
 
 
 def duration(velocity: float, distance: float) -> float:
-    """Return the time in seconds that a distance takes at a velocity.
+    """Return the time in seconds that it takes to cover a distance at a velocity.
 
-    If the velocity is 0, the time is FOREVER, or 0 if the distance is 0, too.
+    If the velocity is 0, the time is FOREVER, unless the distance is also 0: then the time is 0.
     """
     return distance / velocity if velocity > 0 else 0.0 if not distance else FOREVER
 
@@ -131,7 +131,7 @@ def travelled(pieces: Iterable[IdealPiece]) -> float:
 
 
 def mirrored(pieces: Sequence[IdealPiece]) -> list[IdealPiece]:
-    """Return the pieces reversed in time: those of an acceleration become the mirrored deceleration."""
+    """Return the pieces reversed in time: those of an acceleration become those of the mirrored deceleration."""
     return [IdealPiece(t, (j * t / 2 + a) * t + v, -(a + j * t), j) for t, v, a, j in reversed(pieces)]
 
 

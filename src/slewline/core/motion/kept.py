@@ -1,7 +1,7 @@
-"""The limit, if any, on the past that an axis or a part keeps: a period or a number of stretches (axis.py).
+"""The limit, if any, on how much of its past an axis or a part keeps.
 
-Data older than the period cannot be queried.  Old data is dropped when the list of stretches has doubled
-in length since it was last trimmed.
+The limit is a period or a number of stretches (axis.py).  Data older than the period cannot be queried.
+Old data is dropped when the list of stretches has doubled in length since it was last trimmed.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ MANY = 100_000  # stretches, two per move: 50 to 200 MB with all their data
 
 
 class Kept:
-    """The limit on the past that an axis or a part keeps; without a call of `limit`, all of it is kept.
+    """The limit on how much of its past an axis or a part keeps; until `limit` is called, all of it.
 
     The past is trimmed when it has more than `full` stretches.
     """

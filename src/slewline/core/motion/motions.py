@@ -175,7 +175,7 @@ class Motions:
         self.depart()
         position, travel = self._where()
         self._started.append(_Started(self.kernel.now, text, parameters, position, travel, direction))
-        if self.on_begin:
+        if self.on_begin.listeners:
             self.on_begin(self._motion_start(self._started[-1]))
 
     @property
@@ -202,7 +202,7 @@ class Motions:
         if reason == "cut":
             self.depart()
             self._halt()
-        if self.on_end:
+        if self.on_end.listeners:
             self.on_end(started.end)
 
     def expect(self, ideal: Callable[[], Ideal | None]) -> None:

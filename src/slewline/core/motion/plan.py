@@ -10,7 +10,7 @@ rate
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import chain
 
 from ...errors import PlanError
@@ -58,17 +58,17 @@ class Leg:
         runs: pairs (interval in clocks, number of steps).
         first: the index in the plan of the leg's first step, from 0.
         count: the number of steps.
+        end: the index, in the plan, of the step that follows the last step of this leg.
     """
 
     name: str
     runs: Runs
     first: int
     count: int
+    end: int = field(init=False)
 
-    @property
-    def end(self) -> int:
-        """The index, in the plan, of the step that follows the last step of this leg."""
-        return self.first + self.count
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "end", self.first + self.count)
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,24 +78,27 @@ class Plan:
     Attributes:
         legs: the legs, in chronological order.
         shortest: the shortest interval allowed, in clocks.
+        steps: the number of steps; for a motion without end, OPEN (train.py) or more.
     """
 
     legs: tuple[Leg, ...]
     shortest: int = 1
+    steps: int = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "steps", self.legs[-1].end if self.legs else 0)
 
     @property
     def runs(self) -> Runs:
         """The runs of all legs: pairs (interval in clocks, number of steps)."""
         return tuple(chain.from_iterable([leg.runs for leg in self.legs]))
 
-    @property
-    def steps(self) -> int:
-        """The number of steps; for a motion without end, OPEN (train.py) or more."""
-        return self.legs[-1].end if self.legs else 0
-
     def leg(self, step: int) -> Leg:
-        """Return the leg to which a step belongs; steps are counted from 0."""
-        return next(leg for leg in self.legs if step < leg.end)
+        """Return the leg to which a step of the plan belongs; steps are counted from 0."""
+        for leg in self.legs:
+            if step < leg.end:
+                return leg
+        raise IndexError(f"step {step} of a plan of {self.steps}")
 
     def interval(self, step: int) -> int:
         """Return the duration of a step, in clocks; steps are counted from 0."""
@@ -134,7 +137,7 @@ class Plan:
 
 
 def plan(*parts: tuple[str, Runs], shortest: int = 1) -> Plan:
-    """Return a plan of legs, each given as its name and its runs; legs without steps are left out.
+    """Return a plan made up of legs, each given as a name and runs; legs without steps are left out.
 
     Args:
         parts: pairs (name, runs); runs are pairs (interval in clocks, number of steps).

@@ -120,7 +120,7 @@ class Train(Events):
         """Return the instants at which steps first ... last begin: (n,) int64 ps, ascending.
 
         Args:
-            first, last: numbers of steps, counted from 1.
+            first, last: step numbers, counted from 1.
             out: an int64 buffer with n elements or more; the filled part is returned.
         """
         ticks = self.ends(first - 1, last)
@@ -297,10 +297,7 @@ class StepTrain(Train):
 
 
 def _fill(out: NDArray[np.int64], begin: int, interval: int) -> None:
-    """Fill an array with ticks at equal intervals from `begin`, by repeatedly doubling the filled part.
-
-    This is faster than making a second array.
-    """
+    """Fill an array with ticks at equal intervals from `begin`, by doubling the filled part, without a second array."""
     import numpy as np
 
     done = min(LONG, len(out))
@@ -322,6 +319,10 @@ class Playing(Until):
     def __init__(self, train: Train, until: int | None = None) -> None:
         super().__init__(train, until)
         self.train = train
+
+    def count(self, ps: int) -> int:
+        train, until = self.train, self.until
+        return train.step_at(train.clock.ticks_until(ps if until is None or ps < until else until - 1))
 
     def count_many(self, ps: NDArray[np.int64]) -> NDArray[np.int64]:
         """Return the number of steps that begin at or before each of many instants: (n,) int64.

@@ -91,7 +91,7 @@ def _pin(pin: Pin, levels: Mapping[str, int | None], side: str) -> list[Markup]:
 
 
 def _mark(level: int | None, x: float, y: float) -> list[Markup]:
-    """Return the mark for a level: filled for 1, empty for 0, dashed for floating, so that it needs no colour."""
+    """Return the mark for a level, clear without colour: filled for 1, empty for 0, dashed for floating."""
     fill, line, ink = (HIGH, HIGH, "#14100a") if level == 1 else ("none", "currentColor", "currentColor")
     box = {"x": x - MARK / 2, "y": y - MARK / 2, "width": MARK, "height": MARK, "rx": 2}
     return [

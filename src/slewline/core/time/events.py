@@ -9,9 +9,9 @@
     times(first, last)   instants of events, an array      times(2, 3) = [b, c]
 
 All recurring events have this interface.  A source of events is a value: a step train computes its
-events by arithmetic, a wire is searched, a list is looked up, and the caller sees no difference.  Events
-derived from other events have the same interface: shifted by a constant (`Later`), cut off at an instant
-(`Until`), or numbered from an instant (`Since`).
+events by arithmetic, a wire is searched, a list is looked up, and the caller need not distinguish them.
+Events derived from other events have the same interface: shifted by a constant (`Later`), cut off at an
+instant (`Until`), or numbered from an instant (`Since`).
 
 The time of an event is a `When`: an instant (ps); or `NotYet`, if the search stopped early: the event does
 not occur before the instant `at`, when the search can continue; or None, if the event is not foreseen.
@@ -47,7 +47,7 @@ When: TypeAlias = "int | NotYet | None"
 
 
 def ask_at(when: When) -> int | None:
-    """Return the instant (ps) of an event; for NotYet, the instant to query again; None if none is foreseen."""
+    """Return the instant (ps) of an event; for NotYet, that of the next query; None if none is foreseen."""
     return when.at if isinstance(when, NotYet) else when
 
 
@@ -155,7 +155,8 @@ class Until(Events):
         return ps if until is None or ps < until else until - 1
 
     def count(self, ps: int) -> int:
-        return self.of.count(self.within(ps))
+        until = self.until
+        return self.of.count(ps if until is None or ps < until else until - 1)
 
     def time(self, k: int) -> When:
         """Return the instant (ps) of event k; NotYet as in `Events.time`; None if not foreseen before `until`."""

@@ -179,7 +179,7 @@ class Kernel:
         return True
 
     def pass_round(self) -> bool:
-        """Advance to the next round and return True if only the running task has work now; else return False."""
+        """Advance to the next round if only the running task has work now; return whether this was the case."""
         if not self.sole or self.pending or self.woken:
             return False
         self.seen = self.now
@@ -287,7 +287,7 @@ class Kernel:
                     break
 
     def _committed(self) -> None:
-        """Report the end of this instant; if a listener makes an input, run the input's effects, and report again."""
+        """Report the end of this instant; if a listener changes an input, run the effects, and report again."""
         for _ in range(ROUNDS_LIMIT):
             self.on_commit(self.now)
             if not (self.pending or self.woken):
@@ -386,7 +386,7 @@ class Kernel:
                         task.value = net
                         self.woken.append(task)
             else:
-                net.tell()
+                net.notify()
         for net in nets:  # the next edge is only scheduled if the net is still watched
             if net.promise is not None:
                 net.schedule(time)

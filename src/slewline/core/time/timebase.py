@@ -118,14 +118,15 @@ def picoseconds(time: Time, *, negative: bool = False) -> int:
 
 
 def moment(time: Time, *, negative: bool = False) -> int:
-    """Return an instant of the past in picoseconds: like `picoseconds`, but an int may also be 1 to 999.
+    """Return a past instant in picoseconds, as `picoseconds` does, but also accept an int from 1 to 999.
 
     Args:
         time: the instant.
         negative: allow a negative time.
 
     Raises:
-        TimeError: a float other than `bench.now`, an unknown unit, a fraction of a picosecond, or a negative time.
+        TimeError: a float other than `bench.now`, an unknown unit, a fraction of a picosecond, or a
+            negative time.
     """
     return _whole(time, negative)
 
@@ -237,7 +238,7 @@ class Clock:
             out: the array for the result, which may be `ticks` itself.
 
         Raises:
-            TimeError: an instant is beyond 2^63 ps (106 days), which int64 cannot hold.
+            TimeError: an instant is beyond 2^63 ps (106 days), which does not fit in an int64.
         """
         import numpy as np
 

@@ -46,7 +46,7 @@ class ScanWindow:
             self.ps *= 2
 
     def skipped(self, ps: int) -> None:
-        """Reset the stride length if the scan has skipped more than one stride (`ps`): edges may then be dense."""
+        """Reset the stride length if the scan skipped `ps`, more than one stride: edges may be dense there."""
         if ps > self.ps:
             self.ps = FIRST_PS
 

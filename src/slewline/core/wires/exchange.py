@@ -151,7 +151,7 @@ class Exchange:
             edge.
         ends: the ends that watch the nets.
         withdrawn: a function that is called when an exchange is withdrawn, before the ends watch their nets
-            again; its argument is the last instant (ps) for which the exchange by value holds.
+            again; its argument is the last instant (ps) at which the exchange by value is still valid.
 
     Attributes:
         state: the state of the current or the last exchange; the waveforms of the drivers follow from it
@@ -169,7 +169,9 @@ class Exchange:
         self.answering = [DrawnLine(driver, shown, self) for driver, shown in answering.items()]
         self.ends, self.withdrawn = ends, withdrawn
         self.state: Any = None
+        self.kernel = (self.led or self.answering)[0].driver.kernel
         self.by_value = False
+        self.awaited = False  # a task may be waiting for an edge of a net that has none in this exchange
         self.nets: tuple[Net, ...] = ()  # of the wires, while it goes by value
         self.watches: Sequence[tuple[Net, Callable[[Net], object]]] = ()  # the nets that the ends otherwise watch
         self.recorded = False  # one of the nets has a log
@@ -178,6 +180,11 @@ class Exchange:
 
     def begin(self, state: Any) -> bool:
         """Begin an exchange, all of whose edges are in the future; return whether it is made by value."""
+        if self.by_value and self.awaited:
+            self.awaited = False
+            if any(net.looked_at for net in self.nets):
+                self.withdraw()
+                return False
         before, self.state = self.state, state
         if not self.by_value and not self._enter():
             self.state = before
@@ -185,13 +192,13 @@ class Exchange:
         if self.recorded:
             if not self.starts or len(self.starts) >= SEGMENT:
                 self._log()
-            self.starts.append(self.nets[0].kernel.now)
+            self.starts.append(self.kernel.now)
             self.states.append(state)
         return True
 
     def _log(self) -> None:
         """Start a new entry in the log of each recorded net."""
-        now = self.nets[0].kernel.now
+        now = self.kernel.now
         self.starts, self.states = [], []
         for net in self.nets:
             if net.log is not None:
@@ -234,10 +241,14 @@ class Exchange:
         self.starts, self.states = [], []
         return True
 
+    def allows_wait(self, net: Net) -> bool:
+        """Return True if a task may wait for an edge of a net, as the net has none before the next exchange."""
+        return False
+
     @property
     def changing(self) -> list[Net]:
         """The nets on which a driver of the exchange has an edge in the instant that is about to be committed."""
-        kernel = self.nets[0].kernel
+        kernel = self.kernel
         seen, now = kernel.seen, kernel.now
         roots = {line.driver.net for line in [*self.led, *self.answering] if seen < now and line.after(seen) == now}
         return [net for net in self.nets if net.root in roots]
@@ -245,7 +256,7 @@ class Exchange:
     def withdraw(self) -> None:
         """Continue edge by edge, because one of the wires is observed, or is about to be driven."""
         nets, self.nets, self.by_value = self.nets, (), False
-        seen = nets[0].kernel.seen
+        seen = self.kernel.seen
         for line in self.led:
             wave = line.wave
             line.driver.level = wave.level(seen)

@@ -129,10 +129,10 @@ class Handshakes(Exchange):
             active = chip.instrobe.active_level
             shown[chip.instrobe] = lambda coming: coming.strobe(active)
         super().__init__({}, shown, (chip,), self._left)
-        self.host, self.chip, self.kind, self.kernel = host, chip, kind, host.request.kernel
+        self.host, self.chip, self.kind = host, chip, kind
         self.over, self.gone, self.low, self.through = True, 0, False, 0
-        self.sender: Task | None = None  # the host's task, which waits for the end
-        self.woken = False  # it has been woken
+        self.sender: Task | None = None  # the host's task, which waits for the end, or for READY
+        self.woken = self.sending = False  # it has been woken; it waits for the end
         self.watched_nets: tuple[Net, ...] = ()
 
     # -------------------------------------------------------------------------------------------------------- by value
@@ -152,8 +152,8 @@ class Handshakes(Exchange):
 
     @property
     def in_flight(self) -> int:
-        """The number of bytes that the host has completed during its present wait; 0 if it does not wait."""
-        if self.sender is None:
+        """The number of bytes that the host has completed while waiting for the last; 0 if it does not wait."""
+        if not self.sending:
             return 0
         return self.state.passed(self.kernel.seen, self.state.times.busy) if self.by_value else self.gone
 
@@ -163,12 +163,21 @@ class Handshakes(Exchange):
         If the host releases the bus after the last byte, the handshake ends when READY falls for this byte;
         otherwise, it ends when READY is high again.
         """
-        self.sender, self.woken = self.kernel.current(), False
+        self.sender, self.woken, self.sending = self.kernel.current(), False, True
         try:
             await suspended()
         finally:
             whole = self.woken and self.by_value
-            self.through, self.sender = len(self.state.data) if whole else self.in_flight, None
+            self.through, self.sending = len(self.state.data) if whole else self.in_flight, False
+            self.sender = None
+
+    async def reopened(self) -> None:
+        """Wait, in the host's task, until READY is high again after the last byte."""
+        self.sender, self.woken = self.kernel.current(), False
+        try:
+            await suspended()
+        finally:
+            self.sender = None
 
     def taken(self) -> None:
         """Record that the last byte is accepted now (called by the chip)."""
@@ -180,13 +189,16 @@ class Handshakes(Exchange):
     def opens(self) -> None:
         """Record that READY returns high now (called by the chip)."""
         self.state.opened = self.kernel.now
-        if not self.state.released:
-            self._wake_sender()
+        self._wake_sender()
 
     def _wake_sender(self) -> None:
         if (sender := self.sender) is not None:
             self.woken = True
             self.kernel.wake(sender)
+
+    def allows_wait(self, net: Net) -> bool:
+        self.awaited = self.state.last <= self.kernel.seen and net.root is not self.chip.ready.net
+        return self.awaited
 
     def past(self, net: Net, shown: Sequence[Shown]) -> Promise:
         return PastHandshakes(PastExchanges(net, shown, self.starts, self.states), self.kind)
@@ -243,7 +255,10 @@ class Handshakes(Exchange):
                 net.register(sender, wanted)
 
     def _left(self, seen: int) -> None:
-        """After a withdrawal, make the chip's outputs change as is due now, and end any INSTROBE pulse in progress."""
+        """Make those changes of the chip's outputs that are due now, after a withdrawal.
+
+        Any INSTROBE pulse in progress is ended.
+        """
         coming, now = self.state, self.kernel.now
         if max(coming.last, coming.opened or 0) <= seen:  # no edge is due, and no strobe has begun
             return

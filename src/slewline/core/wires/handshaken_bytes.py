@@ -42,7 +42,7 @@ class HandshakenBytes:
         opened: the instant (ps) at which READY returns high after the last byte; None if not known yet.
     """
 
-    __slots__ = ("before", "clock", "data", "last", "opened", "released", "start", "tick", "times")
+    __slots__ = ("_request", "before", "clock", "data", "last", "opened", "released", "start", "tick", "times")
 
     def __init__(self, data: bytes, start: int, before: Level, released: bool, times: ByteTimes, clock: Clock) -> None:
         self.data, self.start, self.before, self.released, self.times, self.clock = (
@@ -51,6 +51,7 @@ class HandshakenBytes:
         self.tick = clock.ticks_from(start)
         self.last = clock.ps(self.tick + (len(data) - 1) * times.kept + times.busy)  # READY falls for the last byte
         self.opened: int | None = None
+        self._request: Wave | None = None
 
     def instant(self, number: int, clocks: int) -> int:
         """Return the instant (ps) that is `clocks` clock ticks after the request of a byte."""
@@ -91,7 +92,10 @@ class HandshakenBytes:
 
     def request(self) -> Wave:
         """Return the waveform of I/O REQUEST."""
-        return Wave(1, alternating(self._requests, self._instants(self.times.busy)), (0, 1) * len(self.data))
+        if self._request is None:  # the chip reads it several times in a motion
+            edges = alternating(self._requests, self._instants(self.times.busy))
+            self._request = Wave(1, edges, (0, 1) * len(self.data))
+        return self._request
 
     def bus(self) -> Wave:
         """Return the waveform of the host's output on the bus."""

@@ -69,6 +69,8 @@ class Driver:
         """Drive the net to 0 or 1 ((mask, value) for a bus), or to a promised waveform; None releases the net."""
         self.next = level
         if not self.pending:
+            if self.promise is None and level == self.level:
+                return  # nothing changes
             self.pending = True
             self.net.pending_drivers += 1
             self.kernel.pending.append(self)
@@ -86,7 +88,7 @@ class Driver:
         return self.active_level if active else self.inactive_level
 
     def pulses(self, *times: int) -> Edges:
-        """Return the edges of pulses: from the first instant (ps) to the second, from the third to the fourth ..."""
+        """Return the edges of pulses from the first instant (ps) to the second, from the third to the fourth ..."""
         return self.inactive_level, times, (self.active_level, self.inactive_level) * (len(times) // 2)
 
     def strobe(self, *times: int) -> None:
@@ -115,7 +117,7 @@ class Driver:
             net.changes += 1
             net.changed_at = kernel.now
             if net.waiters:
-                net.tell()
+                net.notify()
 
     def release(self) -> None:
         """Release the wire: immediately if its level does not change and no log is kept, else like `drive(None)`."""
@@ -163,37 +165,37 @@ class Driver:
                 net.follow()
 
     @property
-    def heard(self) -> bool:
+    def watched(self) -> bool:
         """True if the net is watched or sampled, so that its watchers must be notified of a new promise."""
         net = self.net
         return bool(net.waiters or net.observers or net.latched or net.before_change or net.joined)
 
     def renew(self) -> None:
         """Report to all observers and samplers of the net that the end (`until`) of the present promise has moved."""
-        if self.heard and not self.pending:
+        if self.watched and not self.pending:
             self.drive(self.promise)
 
     def take(self) -> None:
         """Commit the pending level (called by the kernel)."""
-        root, told = self.net, self.next
+        root, new = self.net, self.next
         nets = root.joined or (root,)
-        if self.promise is None and told == self.level:
-            return  # nothing changes
+        if self.promise is None and new == self.level:
+            return  # driven to another level and back
         if (exchange := root.exchange) is not None:
             self.kernel.late += exchange.changing
             exchange.withdraw()
-        root.renewed = told is not None and told is self.promise
+        root.renewed = new is not None and new is self.promise
         for net in nets:
             for sampler in net.before_change:
                 sampler()
         root.renewed = False
-        if told is None or type(told) is int or type(told) is tuple:
-            if self.promise is None and (self.level is None) is (told is None):
-                self.level = told
+        if new is None or type(new) is int or type(new) is tuple:
+            if self.promise is None and (self.level is None) is (new is None):
+                self.level = new
                 return
-            self.level, self.promise = told, None
+            self.level, self.promise = new, None
         else:
-            self.promise = told
+            self.promise = new
         self.net.sort_drivers()
         for net in nets:
             net.token += 1
@@ -227,6 +229,9 @@ class ByValue(Protocol):
     @property
     def changing(self) -> list[Net]:
         """The nets that have an edge in the instant that is about to be committed."""
+
+    def allows_wait(self, net: Net) -> bool:
+        """Return True if a task may wait for an edge of a net, as the net has none before the next transfer."""
 
     def withdraw(self) -> None:
         """End the transfer as one call, and continue it edge by edge."""
@@ -339,12 +344,13 @@ class Net:
         self.sort_drivers()
 
     def log_from(self, ps: int, what: Promise | Level) -> None:
-        """Log the level or promise that the net has from an instant (ps) on."""
+        """Log the level or promise of the net from an instant (ps) on, replacing any that begins then or later."""
         log = self._log
-        if log and log[-1][0] == ps:
-            log[-1] = ps, what
-        elif log is not None:
-            log.append((ps, what))
+        if log is None:
+            return
+        while log and log[-1][0] >= ps:  # an exchange that is withdrawn in the instant in which it begins
+            log.pop()
+        log.append((ps, what))
 
     def log_present(self, ps: int) -> None:
         """Log the present state of the net at `ps`: the promise if it alone determines the level, else the level."""
@@ -365,7 +371,7 @@ class Net:
         if len(self.waiters) > STALE:
             self.drop_ended()
         self.waiters.append((task, task.token, wanted))
-        if self.promise is not None:
+        if self.promise is not None and (self.exchange is None or not self.exchange.allows_wait(self)):
             self.follow()
 
     def drop_ended(self) -> None:
@@ -406,7 +412,7 @@ class Net:
 
     @property
     def level(self) -> Level:
-        """The level that a reader sees: 0, 1 or None; in round 1 of an instant, the level before that instant."""
+        """The level of the net as read: 0, 1 or None; in round 1 of an instant, the level before that instant."""
         return self.value if self.promise is None else self.resolve(self.kernel.seen)
 
     @property
@@ -458,12 +464,12 @@ class Net:
         follow the driver.
         """
         rest = self.tie if self.tie is not None else self.pull
-        told = [driver.level if driver.promise is None else driver.promise for driver in self.active]
-        if not any(map(promised, told)):
-            return rest if (level := self.wired(told)[0]) is None else level
-        if len(told) > 1:
-            return Wired(tuple(told), self.wired, rest)
-        return Rested(told[0], rest) if rest is not None and floats(told[0]) else told[0]
+        outputs = [driver.level if driver.promise is None else driver.promise for driver in self.active]
+        if not any(map(promised, outputs)):
+            return rest if (level := self.wired(outputs)[0]) is None else level
+        if len(outputs) > 1:
+            return Wired(tuple(outputs), self.wired, rest)
+        return Rested(outputs[0], rest) if rest is not None and floats(outputs[0]) else outputs[0]
 
     def edges_ahead(self, start: int, stop: int) -> tuple[Any, Any]:
         """Return the presently promised edges in start < t <= stop: lists, or arrays of int64 ps and int8 levels."""
@@ -548,7 +554,7 @@ class Net:
                 self.token += 1
                 heappush(self.kernel.heap, (time, next(self.kernel.order), self, self.token))
 
-    def tell(self) -> None:
+    def notify(self) -> None:
         """Wake the tasks that wait for the new level, and call the observers (called by the kernel)."""
         waiters = self.waiters
         if waiters:
@@ -660,7 +666,7 @@ class Bus(Net):
 
     @property
     def byte(self) -> int:
-        """The byte that a reader sees, 0 to 255."""
+        """The byte on the bus as read, 0 to 255."""
         level = self.level
         return 0xFF if level is None else int(level[1] | ~level[0] & 0xFF)
 

@@ -111,7 +111,7 @@ class PastHandshakes:
     """The waveform of a net over consecutive commands, each of which ends before the next begins.
 
     Args:
-        each: the same commands as `PastExchanges`, which computes the edges of one after another.
+        each: the same commands as a `PastExchanges`, which computes their edges command by command.
         kind: the class that draws many commands.
     """
 

@@ -99,7 +99,7 @@ class EitherCondition(Condition):
         return any(condition.met() for condition in self.of)
 
     def when(self) -> int | None:
-        """Return the first instant (ps) at which either condition is promised to be met; None if none is foreseen."""
+        """Return the first instant (ps) at which the promises meet either condition; None if none is foreseen."""
         return min((time for condition in self.of if (time := condition.when()) is not None), default=None)
 
 
@@ -154,7 +154,7 @@ def strapped(pins: Mapping[str, Terminal], names: Iterable[str]) -> tuple[int, .
 
 @face
 class Terminal:
-    """A pin as seen externally: it can be read, and driven as if by another output on its wire.
+    """A pin as accessed from outside: it can be read, and driven as if by another output on its wire.
 
     Attributes:
         name: the full name, which includes the owner's name, such as "x.slew".
@@ -217,10 +217,10 @@ class Terminal:
 
     @answering("pulse()", '; such as pin.pulse(0, "10 us")')
     def pulse(self, level: int, width: Time, at: Time | None = None) -> None:
-        """Drive the pin to a level for a time; then restore its previous external level, or release it if none.
+        """Drive the pin to a level for a time; then restore its previous external level, if any, or release it.
 
-        If pulses overlap, the pulse that began last determines the level; after the last pulse ends, the pin is driven
-        as before the first pulse.
+        If pulses overlap, the pulse that began last determines the level; after the last pulse ends, the pin is
+        driven as before the first pulse.
 
         Args:
             level: 0 or 1.

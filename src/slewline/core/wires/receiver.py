@@ -4,10 +4,10 @@ r"""The receiving half of a UART: it receives a line of characters as one value,
     receiver    |                     |           woken when the first begins, and when the last is complete
                  plan                  take
 
-A receiver that finds a line of characters on its wire, sent in its own format, knows the level in the
-middle of each bit in advance; so it is not woken for every character, but only for those on which its
-owner acts, such as a carriage return.  The characters before such a character are taken (passed to the
-owner) together with it, or earlier if a caller needs them (`catch_up`).
+If a receiver finds on its wire a line of characters sent in its own format, the level in the middle of
+each bit can be computed in advance; so the receiver is not woken for every character, but only for those
+on which its owner acts, such as a carriage return.  The characters before such a
+character are taken (passed to the owner) together with it, or earlier if a caller needs them (`catch_up`).
 
 Anything else on the wire (a break, noise, another driver, another rate) withdraws the plan: the receiver
 continues character by character; samples of the present character that are already due are taken from
@@ -91,6 +91,7 @@ class Receiver:
         self.at = 0  # the number of its next character that has not been taken
         self.acts_at = 0  # the number of its next character on which the owner acts
         self.due = 0  # the instant at which that is complete, or the line
+        self.latest: tuple[Characters, int] | None = None  # the line and number of the last character taken from one
         self.rests = False
         self.acting = False  # the owner acts, in the task
         net.sample(self.before_change)
@@ -228,7 +229,7 @@ class Receiver:
             self.seen += self.net.levels_before(looks[done:over])
 
     def before_change(self) -> None:
-        """Before the wire changes, withdraw the plan for a line, if there is one; else take the samples now due."""
+        """Withdraw the plan for a line before the wire changes; if there is no plan, take the samples now due."""
         if self.line is not None:
             self.withdraw()
         elif self.looks:
@@ -250,8 +251,13 @@ class Receiver:
         clock, frames = self.clock, self.frames
         return (clock.ticks_until(line.start + number * frames.length) + frames.last_sample) * clock.n // clock.d
 
+    @property
+    def latest_ps(self) -> int:
+        """The instant (ps) at which the last character that was taken as part of a line was complete."""
+        return 0 if self.latest is None else self._complete_at(*self.latest)
+
     def _complete_by(self, line: Characters, ps: int) -> int:
-        """Return the number of the last character in a line that is complete by an instant (ps); -1 if none is."""
+        """Return the number of a line's last character that is complete by an instant (ps); -1 if none is."""
         length = self.frames.length
         number = min((ps - line.start) // length, len(line.data) - 1)
         return number if self._complete_at(line, number) <= ps else number - 1
@@ -263,7 +269,10 @@ class Receiver:
         return len(line.data) if number < 0 else number
 
     def _plan(self, line: Characters) -> int:
-        """Find the next character on which the owner acts (if none, the last); return when it is complete (ps)."""
+        """Find the next character on which the owner acts; return the instant (ps) at which it is complete.
+
+        If the owner acts on none, find the last character of the line.
+        """
         self.acts_at = number = self._acts_next(line)
         self.due = due = self._complete_at(line, min(number, len(line.data) - 1))
         return due
@@ -288,11 +297,11 @@ class Receiver:
     def _take(self, line: Characters, number: int, acts: int) -> None:
         """Pass the characters of a line to the owner, from the next one up to and including character `number`.
 
-        `acts` is the number of the next character on which the owner acts.  This character is passed to `taken`,
-        the characters before it are passed to `passed`.
+        `acts` is the number of the next character on which the owner acts.  This character is passed to
+        `taken`; those before it are passed to `passed`.
         """
         at, data = self.at, line.data
-        self.at = number + 1
+        self.at, self.latest = number + 1, (line, number)
         if self.at == len(data):
             self.line = None
         if (end := min(acts, number + 1)) > at:
@@ -305,7 +314,7 @@ class Receiver:
         """Take the characters of a line that are complete by an instant (ps)."""
         number = self._complete_by(line, ps)
         while self.line is line and self.at <= number:
-            acts = self._acts_next(line)
+            acts = self.acts_at if self.acts_at >= self.at else self._acts_next(line)  # as planned, or after that
             self._take(line, min(acts, number), acts)
 
     def catch_up(self) -> None:
@@ -318,6 +327,7 @@ class Receiver:
         line, task = self.line, self.task
         if line is not None and task is not None:
             self._take_until(line, self.kernel.now)
+            self.acts_at = self.due = -1  # the plan is void
             if self.line is line:
                 self.kernel.wake_at(self._complete_at(line, self.at), task)
 

@@ -55,16 +55,16 @@ class CharacterFormat:
 
     @property
     def stop_ticks(self) -> int:
-        """The length of the stop bits, in clock ticks, of which there are sixteen per bit."""
+        """The length of the stop bits in clock ticks, sixteen to the bit."""
         return int(OVERSAMPLING * float(self.stop))
 
     @property
     def ticks(self) -> int:
-        """The length of a character, in clock ticks, of which there are sixteen per bit."""
+        """The length of a character in clock ticks, sixteen to the bit."""
         return OVERSAMPLING * (1 + self.bits + (self.parity != "none")) + self.stop_ticks
 
     def parity_bit(self, byte: int) -> int:
-        """Return the parity bit for a byte, 0 or 1, which makes the total number of ones odd or even."""
+        """Return the parity bit for a byte: the 0 or 1 that makes the total number of ones odd or even."""
         return (byte.bit_count() + (self.parity == "odd")) % 2
 
     def levels(self, byte: int) -> list[int]:
@@ -114,7 +114,7 @@ class ReceivingEnd(Protocol):
 
 
 def disagreement(who: str, mine: LineSetting, whom: str, receiver: ReceivingEnd) -> str:
-    """Return text on how the settings of two ends of a line differ, and on the remedy; "" if they are equal."""
+    """Return text on how two ends of a line differ in their settings, with a remedy; "" if they do not."""
     theirs = receiver.setting
     if str(mine) == str(theirs):  # a stop bit may be 1 or "1"
         return ""

@@ -265,7 +265,7 @@ class Wired(Combined):
 
     @property
     def floats(self) -> bool:  # type: ignore[override]
-        """True if the wire is at times not driven by any driver."""
+        """True if there are times at which no driver drives the wire."""
         return self._rest is None and all(map(floats, self.of))
 
     def combined(self, levels: Sequence[Level]) -> Level:

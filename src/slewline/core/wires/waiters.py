@@ -13,7 +13,10 @@ from .net import Driver, Net
 
 
 def wait_until(kernel: Kernel, ps: int) -> bool:
-    """Register the running task for an instant (ps), and return True; False if no wait is needed to reach it."""
+    """Register the running task for an instant (ps) and return True.
+
+    If no wait is needed to reach the instant, return False, and do not register the task.
+    """
     if ps <= kernel.now or kernel.pass_to(ps):
         return False
     task = kernel.task

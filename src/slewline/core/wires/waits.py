@@ -66,8 +66,8 @@ def first_of(kernel: Kernel, ps: int | None, *wanted: tuple[Net, int | None]) ->
     Args:
         kernel: the virtual time.
         ps: the instant; None for no limit.
-        wanted: pairs of a net and the level to wait for, 0 or 1, or None for any edge.  If nets
-            already have their levels, the call immediately returns the first of them.
+        wanted: pairs of a net and the level to wait for, 0 or 1, or None for any edge.  If some of
+            the nets already have these levels, the call immediately returns the first of those nets.
     """
     there, net = wait_for_first(kernel, ps, wanted)
     return net if there else (yield)

@@ -21,7 +21,7 @@ def promised(what: Any) -> bool:
 
 
 def floats(what: Promise | Level) -> bool:
-    """Return whether a promise releases the wire at times, or a level is None."""
+    """Return whether a promise releases the wire at times; for a constant level, whether it is None."""
     return what is None or getattr(what, "floats", False)
 
 
@@ -62,7 +62,7 @@ class Wave:
         return self.before is None or None in self.levels
 
     def whole(self, start: int, stop: int) -> bool:
-        """Return whether the wave has no `until`, and has edges, all of them in start < t < stop (ps)."""
+        """Return whether the wave has no `until`, and one or more edges, all in start < t < stop (ps)."""
         times = self.times
         return self.until is None and bool(times) and start < times[0] and times[-1] < stop
 

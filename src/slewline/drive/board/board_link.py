@@ -338,7 +338,7 @@ class Link(Outbox):
             self.on_refused(answer)
 
     def _again(self, flight: SentFrame) -> None:
-        """Send the command of a lost frame again, and all later ones, which the board could not take without it."""
+        """Send again the command of a lost frame, and all later ones, which the board cannot take without it."""
         command = flight.command
         if command is None or command.copies != flight.copy:
             return

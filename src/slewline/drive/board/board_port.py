@@ -28,7 +28,7 @@ class BoardPort(Protocol):
         """Send bytes, or keep them until they can be sent; return the number accepted."""
 
     def fileno(self) -> int | None:
-        """Return a descriptor that a loop can wait for; None if the port has none."""
+        """Return a descriptor on which a loop can wait; None if the port has none."""
 
     def close(self) -> None:
         """Close the port."""
@@ -97,7 +97,7 @@ class BoardSerial:
         self._open()
 
     def fileno(self) -> int | None:
-        """Return the descriptor that a loop can wait for; None if this system has none, or the port is closed."""
+        """Return the descriptor on which a loop can wait; None if this system has none, or the port is closed."""
         return None if self._reader is None else self._reader.fileno()
 
     def read(self) -> bytes:
@@ -114,7 +114,7 @@ class BoardSerial:
         return data
 
     def write(self, data: bytes) -> int:
-        """Send bytes; any for which there is no room are kept for the next `read` or `write`; return len(data).
+        """Send bytes and return len(data); any that do not fit are kept for the next `read` or `write`.
 
         Raises:
             OSError: the port is gone.
@@ -144,5 +144,5 @@ def _refused(error: Exception) -> str:
         return "no permission to open this port; add your user to its group (dialout, uucp), and log in again"
     if number in (errno.EBUSY, errno.EAGAIN) or "lock" in text:
         return "another program uses this port; close it"
-    why = "is not a serial port" if number == errno.ENOTTY else os.strerror(number) if number else text
+    why = "not a serial port" if number == errno.ENOTTY else os.strerror(number) if number else text
     return f"{why}; name the serial port of the board ({LISTED})"

@@ -72,7 +72,7 @@ class Outbox:
         self._put(FrameKind.START, wire.start_payload(tick))
 
     def restart(self, tick: int) -> None:
-        """Send a START for the records already on the board, before any further records; they begin at a tick.
+        """Make the records already on the board begin at a tick: send START, ahead of any further records.
 
         START must come first because the board frees no slots for further records until it has started.
         """

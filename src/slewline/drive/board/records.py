@@ -1,6 +1,7 @@
-"""Records of a board's queue (steps in quadratic progression, or a pause), and the fit of few records to many instants.
+"""Records of a board's queue, and the fitting of a few records to many instants.
 
-Time is counted in 1/65536 tick, in whole numbers, as on the board.
+A record is a number of steps in quadratic progression, or a pause.  Time is counted in whole units of
+1/65536 tick, as on the board.
 """
 
 from __future__ import annotations
@@ -65,7 +66,7 @@ class Record(NamedTuple):
 
     @property
     def slope(self) -> int:
-        """The change of the stop ramp's length with each step: -1, 0 or 1 steps; only for a record with RAMP_LEFT."""
+        """The change in the stop ramp's length per step: -1, 0 or 1 steps; only for a record with RAMP_LEFT."""
         return self.add >> 16
 
     def ramp_left(self, step: int) -> int | None:

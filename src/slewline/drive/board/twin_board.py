@@ -146,7 +146,7 @@ class BoardTwin(MovingTwin):
         self._repeated = b""
 
     def _judge(self, frame: Frame, tick: int) -> FrameResult:
-        """Return the error that a frame reveals before it is executed; TAKEN if there is none."""
+        """Return the error found in a frame before it is executed; TAKEN if there is none."""
         number, kind, payload = frame
         if kind not in FROM_HOST:
             return FrameResult.BAD_CONTENT

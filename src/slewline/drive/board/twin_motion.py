@@ -107,7 +107,10 @@ class MovingTwin:
         return None
 
     def set_input(self, number: int, level: int, tick: int) -> None:
-        """Sample the level of an input at a tick; if several change together, call this in order of `number`."""
+        """Sample the level of an input at a tick.
+
+        If several inputs change at the same time, call this for each of them, in order of `number`.
+        """
         self.run(tick)
         if self.inputs >> number & 1 == bool(level):
             return
@@ -204,7 +207,10 @@ class MovingTwin:
         self._report_event(kind, which, tick)
 
     def _following(self) -> int:
-        """Return the ticks from the scheduled step to the next one; 2^31 if none follows in the same direction."""
+        """Return the number of ticks from the scheduled step to the next one.
+
+        It is 2^31 if no step follows in the same direction.
+        """
         assert self.record is not None  # noqa: S101
         if self.left > 1:
             return (self.interval + self.record.growth) >> 16

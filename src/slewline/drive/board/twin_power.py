@@ -7,8 +7,8 @@
                  the board has been in HALT, or at rest without a host, for the configured time; CONFIG
                  can also select this for a board that is at rest with a host
 
-In motion only an emergency stop cuts the current, because otherwise the motor would coast, and the count
-would be wrong.
+In motion, only an emergency stop cuts the current: without current, the motor would coast, and the count
+would then be wrong.
 """
 
 from __future__ import annotations

@@ -337,7 +337,7 @@ def ident_frame(ident: Ident) -> bytes:
 
 
 def read(frame: Frame) -> Answer | BoardEvent | Ident | None:
-    """Return the message in a frame; None if kind and length are not those of a message from a board."""
+    """Return the message in a frame, or None if its kind and length match no message from a board."""
     number, kind, payload = frame
     if len(payload) != SIZES.get(kind):  # type: ignore[call-overload]  # any number
         return None

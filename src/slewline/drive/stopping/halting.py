@@ -88,8 +88,8 @@ class StopChip:
     def turn(self) -> None:
         """Take over the board's count if the chip is now at rest; afterwards, stop any motion that its host begins.
 
-        The input that stops the chip is released at rest, because some chips ignore an input that is active
-        when a motion begins.
+        The input that stops the chip is released once the chip is at rest, because some chips ignore an
+        input that is active when a motion begins.
         """
         axis = self.state.axis
         if axis.moving or axis.log.in_progress:

@@ -40,7 +40,7 @@ SOUGHT = "stop sought"
 
 
 class Homing(NamedTuple):
-    """A homing run in progress: its outward direction (1 or -1), and the pin and level that it seeks, if any.
+    """The current homing run, if any: outward direction (1 or -1), and the pin and level sought, if any.
 
     The direction is 0 if no homing run is in progress.
     """
@@ -91,8 +91,8 @@ def inputs_of(board: BoardModel, chip: Chip, wiring: Mapping[str, str]) -> tuple
     """Return the wired inputs of a board: each acts as a pin of the chip, or as an emergency stop.
 
     Args:
-        wiring: pins of the chip, or "estop", keyed by the printed names of inputs, or their numbers: {"A0":
-            "abort"}.
+        wiring: pins of the chip, or "estop", keyed by the printed names of the board's inputs, or by their
+            numbers: {"A0": "abort"}.
 
     Raises:
         UsageError: there is no such input or pin, a pin is not an input of the chip, or an input or pin is

@@ -46,13 +46,13 @@ class Rewound(NamedTuple):
 
 
 def following(tried: Mapping[int, Rewound], times: Sequence[int]) -> int | None:
-    """Return the instant (ps) at which the next try is to repeat the inputs; None if there is none to try.
+    """Return the instant (ps) at which the next try repeats the inputs; None if no instant is left to try.
 
     A try was too early if steps were missing in its motion, and too late if the motion had too many steps.
     If there are tries of both kinds, the result is interpolated between the latest early try and the
     earliest late one.  Otherwise it is derived from the last try: if 3 steps were missing (too many), it is
-    just after the step that is 3 steps later (earlier) in `times`, the instants of the steps (ps).  It is
-    None if `times` does not extend so far.
+    just after the step that is 3 steps later (earlier) in `times`, the instants of the steps (ps).  The
+    result is None if `times` does not extend so far.
     """
     early = max((at for at, found in tried.items() if found.missing > 0), default=None)
     late = min((at for at, found in tried.items() if found.missing < 0), default=None)

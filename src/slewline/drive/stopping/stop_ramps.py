@@ -252,7 +252,10 @@ def apart(one: tuple[int, int, int], other: tuple[int, int, int]) -> int:
 
 
 def too_short(entries: Entries) -> int | None:
-    """Return the index of the first entry too short for a board to load the next one in time; None if none is."""
+    """Return the index of the first entry that is too short for a board to load the next one in time.
+
+    Return None if there is no such entry.
+    """
     fast = FAST_TICKS << 8
     return next((n for n, (each, count) in enumerate(entries[:-1]) if each < fast and count < FAST_STEPS), None)
 

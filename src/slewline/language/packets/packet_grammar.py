@@ -207,7 +207,7 @@ def command(sheet: Sheet, text: str, crystal_hz: int | None = None) -> PacketCom
 
 
 def parse(sheet: Sheet, text: str, crystal_hz: int | None = None) -> PacketCommand | Refusal:
-    """Parse a line as a command of this part; if it is not, return a `Refusal` that has the problem's place."""
+    """Parse a line as a command of this part, or return a `Refusal` that has the problem's place."""
     name = "".join(text.split(maxsplit=1)[:1])
     known = sheet.rows(PacketRow).by_form.get(name.upper())
     if known is None:

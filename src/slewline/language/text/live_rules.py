@@ -74,7 +74,7 @@ def live_commands(item: Directive) -> list[tuple[int, str]]:
 
 @dataclass
 class DialogueState:
-    """The state that the chip may be in when the lines of a text have been sent up to a certain line.
+    """The state that the chip may be in after a host has sent the lines of a text up to a certain line.
 
     It comprises whether a program is stored, which program may still run, and whether the motor may be
     moving.

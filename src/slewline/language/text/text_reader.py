@@ -206,7 +206,7 @@ class TextReader(Reader):
 
     # ---------------------------------------------------------------------------------------- arguments of other kinds
     def string(self, row: Row, at: int) -> bool:
-        """Read a string up to its closing quotation mark; report text after it; return whether there is a mark."""
+        """Read a string; report any text after its closing quotation mark; return whether it has that mark."""
         end = self.text.find(row.form, at)
         if end < 0:
             remedy = "a string ends with a quotation mark; a semicolon here would start a comment"

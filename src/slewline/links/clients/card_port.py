@@ -144,7 +144,9 @@ class CardPort(ChipsetPort):
             self.write(bytes([byte]))
 
     def ask(self, query: str, ms: int = 5000) -> str:
-        """Send a query and return its answer: "? P", or "? M,3" for the memory pointer and three lines of memory.
+        """Send a query and return its answer.
+
+        The query is, for example, "? P", or "? M,3" for the memory pointer and three lines of memory.
 
         Returns:
             The answer without its last carriage return.

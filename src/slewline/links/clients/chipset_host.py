@@ -51,7 +51,7 @@ class ChipsetHost:
         self.updated = False  # the cycle of the last update may not have begun
 
     def command(self, name: str, *values: int | str, axis: int = 0) -> int | None:
-        """Send a command and verify the checksum; return the value that the chipset returns, None if there is none.
+        """Send a command and verify the checksum; return the chipset's value, or None if it returns none.
 
         Args:
             name: the mnemonic.
@@ -61,7 +61,7 @@ class ChipsetHost:
 
         Raises:
             UsageError: there is no such command, or the arguments do not fit it.
-            ChecksumError: the checksum is wrong, or the chipset does not know the command.
+            ChecksumError: the checksum is wrong, or the chipset does not recognise the command.
         """
         row = packets.row(self.sheet, name)
         found = self._exchange(packet_of(row, packets.numbers(self.sheet, row, values)), axis)
@@ -94,7 +94,7 @@ class ChipsetHost:
         """Send the commands of a text, one per line, or a packet as bytes: a command byte, and two bytes per word.
 
         `axis`, if not 0, is selected before each command of a text.  For bytes, no axis is selected and no
-        checksum read.
+        checksum is read.
 
         Raises:
             UsageError: a line of the text is not a command, or the bytes end within a word; nothing is sent.

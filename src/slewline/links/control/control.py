@@ -291,8 +291,10 @@ class Client:
 
     def gather(self) -> None:
         """Search the view for changes, in several loop turns so as not to delay a module's answer; then send them."""
+        if self.gathering is None:  # ended by a stop
+            return
         end_s = perf_counter() + GATHER_S
-        for path, value in self.gathering or ():
+        for path, value in self.gathering:
             old = at(self.seen, path)
             if value != old:
                 both = isinstance(value, dict) and isinstance(old, dict)
@@ -327,11 +329,15 @@ class Client:
                 self.beyond = Beyond(self, where)
 
     def event(self, found: Data) -> None:
-        """Send an event, if the client has subscribed; before a stop, send the older changes already found."""
+        """Send an event, if the client has subscribed; before a stop, send the older changes already found.
+
+        The search for changes begins again after a stop, so that the next view includes the pause.
+        """
         if self.every_s and self.stream.open:
-            if found["event"] == "stopped" and self.gathering is not None and self.changed:
-                changed, self.changed = self.changed, {}
-                self.event({"event": "view", "view": changed})
+            if found["event"] == "stopped" and self.gathering is not None:
+                self.gathering = None
+                if self.changed:
+                    self.event({"event": "view", "view": self.changed})
             event = {"event": "", "time_ps": self.server.branches.now_ps} | found
             self.stream.write(json.dumps(event).encode() + b"\n")
 
@@ -359,7 +365,10 @@ class Client:
 
 
 def numbered(line: bytes) -> Data:
-    """Return {"id": ...} of an invalid request, so that the client can match the error to it; {} without an id."""
+    """Return the id of an invalid request as {"id": ...}; {} if the request has no id.
+
+    With the id, the client can match the error to its request.
+    """
     try:
         request = as_object(line)
     except (SlewlineError, ValueError):

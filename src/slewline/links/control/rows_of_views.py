@@ -1,4 +1,4 @@
-"""The requests for views of chips and parts, and the events that a subscribed client receives, as rows."""
+"""Rows: the requests for views of chips and parts, and the events that a subscribed client receives."""
 
 from __future__ import annotations
 

@@ -181,7 +181,7 @@ class Pushing(Condition):
 
     @property
     def foreseen(self) -> Callable[[], int | None] | None:
-        """Function that predicts the instant (ps) at which the condition will be met; None if there is none.
+        """Function that predicts when (ps) the condition will be met; None if there is no such function.
 
         The function uses edges that are already scheduled, and returns None if it can predict nothing.
         """

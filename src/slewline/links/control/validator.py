@@ -1,4 +1,4 @@
-"""The validator of requests; an error for a value outside the schema has the place, the value and a remedy.
+"""The validator of requests; for a value outside the schema, the error states place, value and remedy.
 
 A kind is a JSON schema with these keywords: `type`, `enum`, `const`, `minimum`, `maximum`, `pattern`,
 `maxLength`, `items`, `maxItems`, `properties` with `required` and `additionalProperties`, and `oneOf`
@@ -143,7 +143,7 @@ def checked_object(value: Data, kind: Data, place: str) -> Data:
     keys, needed = kind.get("properties", {}), kind.get("required", ())
     for name in needed:
         if name not in value:
-            raise UsageError(f"{place}: needs {listed(needed)}; {name} is missing")
+            raise UsageError(f"{place} needs {listed(needed)}; {name} is missing")
     if kind.get("additionalProperties") is False:
         check_names(value, keys, place)
     return {name: check(each, keys[name], at(place, name)) if name in keys else each for name, each in value.items()}
@@ -243,7 +243,10 @@ def span(kind: Data) -> str:
 
 
 def shown(value: object) -> str:
-    """Return a value for a message, truncated if long; for lists and objects, "a list of 3", "an object"."""
+    """Return the text for a value in a message, truncated if long.
+
+    Lists and objects are not written out: "a list of length 3", "an object".
+    """
     if isinstance(value, str):
         return repr(value) if len(value) <= LONGEST else f"{value[:LONGEST]!r}..."
     if isinstance(value, list):

@@ -264,7 +264,7 @@ def problem_data(problem: Problem) -> Data:
 
 
 def sheet_data(sheet: Sheet) -> Data:
-    """Return the content of a data sheet that a panel needs, as JSON data."""
+    """Return the content that a panel needs from a data sheet, as JSON data."""
     pins = [
         {
             "number": pin.number,

@@ -1,4 +1,4 @@
-"""Line ends on a bench: the serial connector of a computer, a UART, an interface board, an IEEE-488 bus."""
+"""Ends of lines on a bench: serial connector of a computer, UART, interface board, IEEE-488 bus."""
 
 from __future__ import annotations
 

@@ -54,7 +54,7 @@ SHARE = 256  # bytes in a turn of the loop
 
 
 class FramedLine(HostLine):
-    """A line that carries text to a host computer on the bench, and carries back the answers of that computer."""
+    """A line that carries text to a host computer on the bench, and carries the computer's answers back."""
 
     share = SHARE
 

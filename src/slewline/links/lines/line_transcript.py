@@ -63,7 +63,7 @@ class TranscriptFile:
             self.file = sys.stderr
             return
         if os.path.exists(self.path) and not os.path.isfile(self.path):
-            raise UsageError(f"log {self.path}: is not a regular file; give a file, or - for standard error")
+            raise UsageError(f"log {self.path} is not a regular file; give a file, or - for standard error")
         try:
             self.file = open(self.path, "a", encoding="ascii", buffering=1)  # noqa: SIM115
         except OSError as error:
@@ -98,7 +98,7 @@ class TranscriptFile:
             )
 
     def write(self, ps: int, line: str, to: str, text: str) -> None:
-        """Write one row of the transcript; if that fails (a full disk), end the transcript, but not the server."""
+        """Write one row of the transcript; on failure (e.g. a full disk), end the transcript, not the server."""
         if self.file is None:
             return
         try:

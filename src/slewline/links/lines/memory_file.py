@@ -51,10 +51,10 @@ LARGEST = 1 << 24  # bytes of a file: fifty times a 64K memory with its records
 class FileStore:
     """The content of a memory, in a file; a `write` or `append` takes effect completely or not at all.
 
-    `append` writes only the changes, for a large memory.  The temporary file has a fixed name, so that
+    For a large memory, `append` writes only the changes.  The temporary file has a fixed name, so that
     repeatedly killed processes leave one such file, not many.  Two stores must not share a file.  Symbolic
-    links are not followed: a link with the name of the temporary file is removed, a link in place of the
-    memory file is refused.
+    links are not followed: a link with the name of the temporary file is removed; a link in place of
+    the memory file is refused.
 
     Args:
         path: the file, which need not exist; its directory must.
@@ -162,15 +162,15 @@ class FileStore:
     def _found(self) -> bytes:
         """Return all bytes of the file; empty if there is no file."""
         if self.path.is_symlink():
-            raise StoreError(f"{self.path}: is a symbolic link; name the file itself")
+            raise StoreError(f"{self.path} is a symbolic link; name the file itself")
         if self.path.exists() and not (self.path.is_file() or self.path.is_dir()):  # opening a FIFO would block
-            raise StoreError(f"{self.path}: is not a regular file; name another file")
+            raise StoreError(f"{self.path} is not a regular file; name another file")
         try:
             found = self._load(self.path)
         except FileNotFoundError:
             return b""
         if not found.startswith((MAGIC, JOURNAL)):
-            raise StoreError(f"{self.path}: is not a slewline memory; name another file")
+            raise StoreError(f"{self.path} is not a slewline memory; name another file")
         return found
 
     def _unpacked(self, found: bytes) -> bytearray:
@@ -251,7 +251,10 @@ def repeated(content: bytearray, found: bytes, at: int) -> bool:
 
 
 def record_at(found: bytes, at: int) -> tuple[int, int] | None:
-    """Return the address and length of the data in the record at `at`; None if incomplete, damaged or empty."""
+    """Return the address and length of the data in the record at `at`.
+
+    Return None if the record is incomplete, damaged or empty.
+    """
     if at + RECORD.size >= len(found):
         return None
     address, length, check = RECORD.unpack_from(found, at)

@@ -94,7 +94,7 @@ class Pace:
         self.paused = False
 
     def goal(self) -> int:
-        """Return the instant up to which time may run now (ps)."""
+        """Return the latest instant (ps) that time may reach now."""
         return self._pushed() if self.paused else self._goal()
 
     def _goal(self) -> int:
@@ -102,14 +102,14 @@ class Pace:
         raise NotImplementedError
 
     def _pushed(self) -> int:
-        """Return the instant (ps) up to which time may run during a pause.
+        """Return the latest instant (ps) that time may reach during a pause.
 
         This is the latest time limit of the waits whose `pushes` is True; if there are none, the current instant.
         """
         return max((wait.limit_ps for wait in self.waits if wait.pushes), default=self.kernel.now)
 
     def pause(self) -> float | None:
-        """Return the time that the loop may sleep once the goal is reached, in seconds, or None for no limit.
+        """Return the number of seconds that the loop may sleep once the goal is reached; None for no limit.
 
         Without a limit, the loop sleeps until a byte arrives.
         """
@@ -237,7 +237,7 @@ class Paced(Pace):
         return super().pass_time()
 
     def present(self) -> None:
-        """Run time up to the present instant of the wall clock before an external input, for at most one slice."""
+        """Run time up to the wall clock's present instant, for at most one slice, before an external input."""
         self.pass_time()
 
     def pause(self) -> float | None:
@@ -261,7 +261,7 @@ class Lockstep(Pace):
     lockstep = True
 
     def _goal(self) -> int:
-        """Return the latest limit of the waits (ps), up to which time may run; without waits, the current instant."""
+        """Return the latest limit of the waits (ps), where time must stop; without waits, the current instant."""
         return max(map(_limit, self.waits), default=self.kernel.now)
 
     def pause(self) -> float | None:

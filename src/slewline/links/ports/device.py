@@ -41,7 +41,7 @@ LOOK_S = 0.5  # a thread reads for at most this time before it checks whether to
 
 
 class Threads:
-    """A serial port in the form of a socket: one thread copies from the port to the socket, another one back."""
+    """A serial port in the form of a socket: one thread copies from port to socket, the other one back."""
 
     def __init__(self, port: Any) -> None:
         self.port, self.why, self.over = port, "closed", False
@@ -91,11 +91,11 @@ class Threads:
 def refused(device: str, error: Exception, windows: bool = os.name == "nt") -> str:
     """Return the reason why a serial port could not be opened, and a remedy."""
     if WINDOWS_PORT.fullmatch(device) and not windows:
-        return "is the name of a port on Windows; on this system a serial port is /dev/ttyUSB0 or the like"
+        return "the name of a port on Windows; on this system a serial port is /dev/ttyUSB0 or the like"
     number = error_number(error)
     if number in (errno.EACCES, errno.EPERM) and not windows:
         return "no permission to open this port; add your user to its group (dialout, uucp), and log in again"
-    why = "is not a serial port" if number == errno.ENOTTY else os.strerror(number) if number else str(error)
+    why = "not a serial port" if number == errno.ENOTTY else os.strerror(number) if number else str(error)
     return f"{why}; name a serial port that exists and that you may open (python -m serial.tools.list_ports)"
 
 

@@ -87,7 +87,7 @@ COMMANDS: Mapping[str, str] = {
 
 
 class Selection:
-    """The data selected for reading from a chip, as far as known from the commands sent to the chip."""
+    """The data selected for reading from a chip, as far as the commands sent to the chip reveal it."""
 
     def __init__(self, chip: Chip) -> None:
         self.decoder = dialect_of(chip.sheet).decoder(chip.sheet)
@@ -365,7 +365,10 @@ class PrologixLine(RequestLine):
 
 
 def numbers(arguments: Sequence[str], low: int, high: int) -> list[int] | None:
-    """Return the arguments as decimal numbers; None without arguments, or if one is not a number in the range."""
+    """Return the arguments as decimal numbers.
+
+    Return None if there are no arguments, or if one is not a number in the range.
+    """
     found = [int(each) if re.fullmatch("[0-9]{1,4}", each) else -1 for each in arguments]
     return found if found and all(low <= each <= high for each in found) else None
 

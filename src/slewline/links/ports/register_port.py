@@ -233,7 +233,10 @@ class RegisterLine(RequestLine):
 
 
 def placed(layout: Layout) -> str:
-    """Return a board's register offsets for the greeting; "" if usual, or if the board has no command register."""
+    """Return a board's register offsets for the greeting; "" if they are the usual ones.
+
+    Also return "" if the board has no command register.
+    """
     if layout.offset(COMMAND) is None or (layout.reads, layout.writes) == (PMD.reads, PMD.writes):
         return ""
     found = {name: offset for each in (layout.reads, layout.writes) for offset, name in each.items()}
@@ -267,10 +270,10 @@ class RegisterPort(TcpPort):
     line: RegisterLine
 
     def catch_up(self) -> None:
-        """Pass to the board everything that the host has sent so far; let time run until it is done, up to a limit.
+        """Pass on everything that the host has sent so far; let time run until the board has processed it.
 
-        In lockstep a host need not wait for answers.  This ensures that a later request to another port is
-        executed after all requests already sent to this one.
+        The run is limited.  In lockstep, a host need not wait for answers.  This method ensures that a later
+        request to another port is executed after all requests already sent to this one.
         """
         pace, line = self.line.pace, self.line
         for _ in range(TURNS):

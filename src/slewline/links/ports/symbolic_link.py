@@ -66,7 +66,7 @@ class DeviceLink:
         os.symlink(self.target, self.name, dir_fd=self._folder)
 
     def _stale(self, target: str) -> bool:
-        """Return whether a link to `target` is left from a killed server: `target` is gone, or is now our device."""
+        """Return whether a link to `target` was left by a killed server: `target` is gone, or now our device."""
         return target == self.target or not os.path.exists(target)
 
     def _refused(self, error: OSError) -> UsageError:

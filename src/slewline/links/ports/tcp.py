@@ -321,7 +321,10 @@ class TcpPort(Closing):
             self.report(f"{message}; a browser opens the page of slewline panel" if protocol == "HTTP" else message)
 
     def _shorten(self) -> None:
-        """Drop bytes left by former hosts, so that the next one waits for at most `REMAINS`; report the number."""
+        """Drop bytes left by former hosts, so that the next host waits for at most `REMAINS` of them.
+
+        Report the number of bytes dropped.
+        """
         excess = sum(len(host.characters) for host in self.turns) - REMAINS
         while excess > 0:
             dropped = max(self.turns, key=lambda host: len(host.characters)).shorten(excess)

@@ -48,7 +48,9 @@ def dismissed(where: str, line: Any = None, received: bytes = b"") -> str:
 
 
 def unopened(where: str, error: Exception) -> str:
-    """Return why the port of another program was not opened, and a remedy; empty if `where` is a device.
+    """Return the reason why the port of another program was not opened, and a remedy.
+
+    The result is empty if `where` is a device.
 
     Args:
         where: the URL or device.
@@ -93,7 +95,7 @@ def no_device(where: str) -> str:
     """Return a message if a text is an address or URL, and so not a serial port; empty if it is neither."""
     if os.path.exists(where) or not (where.startswith(SERVED) or _address(where)):
         return ""
-    return f"is an address, not a serial port; name a device, such as {DEVICE}; --tcp opens a TCP port"
+    return f"an address, not a serial port; name a device, such as {DEVICE}; --tcp opens a TCP port"
 
 
 def _place(where: str) -> tuple[str, int] | None:

@@ -58,7 +58,7 @@ class Loop:
         heappush(self.timers, (perf_counter() + seconds, next(self.order), call))
 
     def ask(self, call: Call) -> None:
-        """Call a function in the thread of the loop; may be called from any thread and from a signal handler."""
+        """Call a function in the loop's thread; this method may be used in any thread and in signal handlers."""
         self.asked.append(call)
         with suppress(OSError):  # it is full, or already closed
             if not self.closed:

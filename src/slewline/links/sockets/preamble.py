@@ -11,19 +11,20 @@ ways, none of which a host of a module uses, so the first bytes of a connection 
     STUN, TURN         00 01 or 00 03, two bytes, 21 12 A4 42; after two bytes of length in ICE over TCP
 
 Bytes that may still become one of these are held back until a later byte decides.  A carriage return
-decides, because no request line contains one: so the first line from a host is passed on when it is
+decides, because no request line contains one; the first line from a host is therefore passed on when it is
 complete, and has no effect on a module before that.  In binary data, the first byte that no method can
 contain, such as a count, decides.  On a register port, a request may begin with
 24, which is $ in ASCII, and a method may contain a $.  Therefore, on such a port, only text that begins with a
 letter can be a method; only two of the register requests begin with one, 44 (D) and 54 (T).
 
-A pause of `HOLD_S` decides, too: a single byte with a meaning, such as Q, is passed on a little later.  Bytes after the
-pause are checked as before, so a client that pauses so long is disconnected when it is recognised, after its first
-bytes have been passed on.  Line ends alone are passed on immediately, because they set the rate of a chip that adapts
-to its host; a foreign request after them is still recognised.
+A pause of `HOLD_S` decides, too: a single byte with a meaning, such as Q, is passed on a little later.
+Bytes after the pause are checked as before, so a client that pauses that long is still disconnected
+when it is recognised, but its first bytes have been passed on by then.  Line ends alone are passed on
+immediately, because they set the rate of a chip that adapts to its host; a foreign request after them
+is still recognised.
 
-This cannot detect a program on this machine that sends the same bytes as a host, nor the bytes that a browser may be
-made to send after a different beginning.
+This check cannot detect a program on this machine that sends the same bytes as a host, nor the bytes
+that a browser may be made to send after a different beginning.
 """
 
 from __future__ import annotations

@@ -24,8 +24,8 @@ KEEP = "1 h"  # history of recorded pins
 class LineTap:
     """A recorder of the output that a replaying bench would send on one line.
 
-    The line has already performed actions on its part of the served bench; the recorder repeats each of them on
-    the part of the same name on the replaying bench.
+    On the served bench, the line has already performed actions on the part at its end; the recorder
+    repeats each of them on the part of the same name on the replaying bench.
     """
 
     def __init__(self, line: HostLine, bench: Bench) -> None:
@@ -91,7 +91,7 @@ class LineTaps:
             ear.done(entry, result)
 
     def due(self, to_ps: int) -> tuple[int, Callable[[], object]] | None:
-        """Return the instant (ps) and function of the earliest action of all lines up to `to_ps`; None if none."""
+        """Return the instant (ps) and the function of the earliest action of any line up to `to_ps`, or None."""
         found = [(act.ps, ear) for ear in self.taps.values() if (act := ear.next) is not None and act.ps <= to_ps]
         if not found:
             return None

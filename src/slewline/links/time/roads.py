@@ -95,7 +95,9 @@ class Road:
 
 
 def rebuilt(loop: Loop, lines: Sequence[HostLine], branch: Branch, before: Sequence[Road]) -> list[Road]:
-    """Relay hosts' bytes to `branch`, not to the former one; return the new relays (none for the first run).
+    """Relay the hosts' bytes to `branch` instead of the former branch; return the new relays.
+
+    For the first run, the list is empty.
 
     Raises:
         OSError: the branch cannot be reached; the former relays still work.

@@ -35,7 +35,7 @@ class Views:
         return found
 
     def pieces(self) -> Iterator[tuple[tuple[str, ...], Any]]:
-        """Yield the view piece by piece, each as its path of keys, such as ("chips", name), and its value."""
+        """Yield the pieces of the view, each as a path of keys, such as ("chips", name), and a value."""
         yield ("pace",), self.pace()
         for name, chip in self.bench.chips.items():
             yield ("chips", name), self.chip(chip)

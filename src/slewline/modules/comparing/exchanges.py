@@ -1,4 +1,4 @@
-"""The exchanges of a dialogue: data sent by a host up to an answer, and the answer, each with its times.
+"""The exchanges of a dialogue: a host's data up to an answer, and the answer, with the times of both.
 
 Times are those on the line: a character written by a host is sent after the previous character, and
 takes one character time at the rate of the line.

@@ -222,7 +222,7 @@ class DialogueComparison:
         return found
 
     def played(self, count: int, shift_us: float = 0) -> list[ModelAnswer]:
-        """Return the model's answers to the first `count` exchanges, of which the last is sent late by `shift_us`."""
+        """Return the model's answers to the first `count` exchanges; the last one is sent `shift_us` late."""
         replay = ModelReplay(self.header, self.speech, self.options, self.memory, self.cls, self.shown)
         replay.progress = self.progress
         return replay.play(self.exchanges[:count], lambda *both: bool(self._time_rows(*both)), shift_us)
@@ -300,9 +300,9 @@ class DialogueComparison:
         return exchange.answer in (early, late)
 
     def _since_motion_us(self, exchange: RecordedExchange) -> float:
-        """Return the time (µs) between the last command that may have started motion and an exchange; 0 if none.
+        """Return the time (µs) from the last command that may have started motion to an exchange.
 
-        Clock errors accumulate over this time.
+        It is 0 if there is no such command.  Clock errors accumulate over this time.
         """
         before = [
             each.at_us

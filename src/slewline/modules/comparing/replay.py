@@ -1,4 +1,4 @@
-"""Replay of a recorded dialogue to the model of a part: the host's lines at their times, in virtual time.
+"""Replay of a recorded dialogue to the model of a part; the host's lines are sent in virtual time.
 
 A line is sent at its time in the dialogue, but not before the model has answered the previous line.  If
 the time of an answer from the model differs from that in the dialogue by more than the tolerance, all

@@ -68,7 +68,7 @@ def pull(
 
 
 def _pull_other(module: Module, contents: ModuleContents, path: Path, report: Report) -> None:
-    """Save the program in the EEPROM, if there is one, to the file `path`, and restore the program in RAM."""
+    """Save the EEPROM's program, if there is one, to the file `path`, and restore the program in RAM."""
     (row,) = contents.sheet.acting("recall")
     with _putting_back(module, contents, report) as restore:
         try:
@@ -214,9 +214,9 @@ def check_push(sheet: Sheet) -> None:
     if not any(isinstance(channel, (*WRITERS,)) for channel in sheet.channels):
         part = sheet.part.upper()
         raise UsageError(
-            f"push: an adapter does not show whether program entry of the {part} is open, so a move might be "
-            "executed instead of stored, and a program that cannot be verified is not sent; allowed: parts with a "
-            "serial line; for this part, switch the motor off, and type in the program with slewline terminal"
+            f"push: an adapter does not show whether the {part} is in program entry, so a move might be executed "
+            "instead of stored; allowed: parts with a serial line; for this part, switch the motor off, and type in "
+            "the program with slewline terminal"
         )
 
 

@@ -80,7 +80,7 @@ class ModuleContents:
 
     @property
     def image(self) -> bytes:
-        """Bytes of the memory from address 0 to the end of the program; the bytes before the program are erased."""
+        """Bytes of the memory from address 0 to the program's end; those before the program appear as erased."""
         return bytes([ERASED]) * self.base + self.stored
 
     @property

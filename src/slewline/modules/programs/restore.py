@@ -55,7 +55,7 @@ class ProgramText:
                     f"{sheet.part.upper()}; leave out this line"
                 )
         if not source.blocks:
-            raise UsageError(f"{where}: has no program; write {sheet.enter.form} before the instructions")
+            raise UsageError(f"{where} has no program; write {sheet.enter.form} before the instructions")
         (block,) = source.blocks[:1]
         items = source.statements
         framing = [items.index(each) for each in (block.entry, block.quit) if each is not None]

@@ -63,27 +63,34 @@ link.on("done", ({ do: what }) => { if (ACTS.has(what)) part("notice").hidden = 
 
 const breakpoints = new Breakpoints(link, fail);
 
+/** Return the time until text is due again, in milliseconds. */
+function textWaitMs() {
+  return textMs + TEXT_MS - EARLY_MS - performance.now();
+}
+
 /** Draw with the next frame of the screen; a hidden page has none. */
 function redraw() {
   if (asked) return;
-  const waitMs = textMs + TEXT_MS - EARLY_MS - performance.now();
+  const waitMs = textWaitMs();
   clearTimeout(textTimer);
   if (waitMs > 0) textTimer = setTimeout(redraw, waitMs + EARLY_MS); // if no other view arrives until then
-  const legible = waitMs <= 0;
-  if (!legible && !machineSeen) {
+  if (waitMs > 0 && !machineSeen) {
     update(false); // a frame takes time even if it draws nothing
     return;
   }
   asked = true;
   requestAnimationFrame(() => {
     asked = false;
-    update(legible);
+    update(textWaitMs() <= 0); // decided here, not above: before a late frame, the timer fires in vain
   });
 }
 
 /** @param {boolean} legible */
 function update(legible) {
-  if (legible) textMs = performance.now();
+  if (legible) {
+    textMs = performance.now();
+    clearTimeout(textTimer);
+  }
   for (const view of views) {
     if (!legible && !view.moves) continue;
     try {

@@ -17,7 +17,7 @@ const LONG_LETTER = 3; // a command with a name, such as SET_POS, would only rep
  */
 export function registers(sheet, chipName, root) {
   /** Rows of the sheet, by name. @type {Map<string, any>} */
-  const said = new Map((sheet.registers ?? []).map((/** @type {any} */ one) => [one.name, one]));
+  const described = new Map((sheet.registers ?? []).map((/** @type {any} */ one) => [one.name, one]));
   const head = h("tr");
   const body = h("tbody");
   const table = h("table", { class: "registers", "aria-label": `Registers of ${chipName}` }, h("thead", {}, head), body);
@@ -42,7 +42,7 @@ export function registers(sheet, chipName, root) {
     cells = new Map();
     body.replaceChildren(
       ...names.map((name) => {
-        const one = said.get(name) ?? {};
+        const one = described.get(name) ?? {};
         const own = columns.map(() => h("td", { class: "number" }));
         cells.set(name, own);
         const bits = one.bits ? ` (${one.bits} bits)` : "";

@@ -19,16 +19,16 @@ export class Trigger {
    * @param {(last: boolean) => void} seek goes to the previous or the next one
    */
   constructor(changed, seek) {
-    const heard = { change: () => (this.arrange(), changed()) };
-    this.kind = select("Trigger on", KINDS, heard);
-    this.pin = select("Pin", {}, heard);
-    this.edge = select("Edge", EDGES, heard);
-    this.level = select("Level", LEVELS, heard);
-    this.quantity = select("Quantity", {}, heard);
-    this.slope = select("Slope", SLOPES, heard);
-    this.value = field("Value", { type: "number", step: "any", value: "0", ...heard });
-    this.chip = select("Findings of", { "": "anything" }, heard);
-    this.mode = select("Until the trigger occurs", MODES, heard);
+    const listener = { change: () => (this.arrange(), changed()) };
+    this.kind = select("Trigger on", KINDS, listener);
+    this.pin = select("Pin", {}, listener);
+    this.edge = select("Edge", EDGES, listener);
+    this.level = select("Level", LEVELS, listener);
+    this.quantity = select("Quantity", {}, listener);
+    this.slope = select("Slope", SLOPES, listener);
+    this.value = field("Value", { type: "number", step: "any", value: "0", ...listener });
+    this.chip = select("Findings of", { "": "anything" }, listener);
+    this.mode = select("Until the trigger occurs", MODES, listener);
     this.back = control("\u2039 previous", () => seek(true), { "aria-label": "Previous trigger" });
     this.forth = control("next \u203a", () => seek(false), { "aria-label": "Next trigger" });
     this.state = h("span", { class: "trigger-state", role: "status" });

@@ -99,7 +99,10 @@ class ChipPane(OfChip):
         return f"last {CURVE_PS // PS_PER_S} s{up_to}"
 
     def curve(self, axis: int, width: int, height: int | None = None) -> list[str]:
-        """Return the velocity strip of an axis (0: the first) as rows of text; `height` None: set by the layout."""
+        """Return the velocity strip of an axis (0: the first) as rows of text.
+
+        If `height` is None, the layout determines the number of rows.
+        """
         names = self.session.velocities(self.chip)
         values = self.session.curves.get(names[axis], []) if axis < len(names) else []
         return strip(values, width, height or STRIP_ROWS[self.app.has_class("wide")], peak(values))
@@ -209,7 +212,7 @@ def active_style(pin: dict[str, Any], level: int | None) -> str:
 
 
 def shown_value(key: str, value: Any) -> str:
-    """Return a value of a part's state as text: `key` and the value, or for a display text, its rows."""
+    """Return a value of a part's state as text: `key` and the value or, for a display text, its rows."""
     if key == "text" and isinstance(value, list):
         return "│".join(["", *map(str, value), ""])
     return f"{key} {value:.6g}" if isinstance(value, float) else f"{key} {value}"

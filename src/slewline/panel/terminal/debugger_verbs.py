@@ -275,7 +275,7 @@ def check_verb(session: DebugSession, text: str) -> None:
     forms = [row["form"].lower().split() for row in session.sheets.get(session.selected, {}).get("commands", ())]
     if (word in BY_NAME or word in KEYS) and not any(word in form[:1] for form in forms):
         message = KEYS.get(word) or f"a verb of the debugger begins with a colon, :{text}"
-        raise UsageError(f"{text}: is not a command of {session.selected}; {message}")
+        raise UsageError(f"{text} is not a command of {session.selected}; {message}")
 
 
 def only(start: str) -> Verb | None:

@@ -50,7 +50,7 @@ class Counted(View):
         return None
 
     def edges_of(self, start: int, stop: int) -> tuple[Any, Any]:
-        """Return the edges in start < t <= stop (ps), ignoring the view's own bound: their instants and levels.
+        """Return instants and levels of the edges in start < t <= stop (ps), ignoring the view's own bound.
 
         Returns:
             Two empty lists, or two arrays (int64 ps, int8 levels).
@@ -104,7 +104,7 @@ class Sampled(View):
         return following
 
     def edges_of(self, start: int, stop: int) -> tuple[Any, Any]:
-        """Return the edges in start < t <= stop (ps), ignoring the view's own bound: their instants and levels.
+        """Return instants and levels of the edges in start < t <= stop (ps), ignoring the view's own bound.
 
         Returns:
             Two lists, or two arrays (int64 ps, int8 levels).

@@ -206,7 +206,9 @@ class Operation(Leader[Exchange]):
 
     # --------------------------------------------------------------------------------------------- operations as values
     def made(self, ends: tuple[PortEnd, ...]) -> Exchange | None:
-        """Return an exchange between the host and the chipset; None if the operation cannot be given to it as a whole.
+        """Return an exchange between the host and the chipset.
+
+        Return None if the operation cannot be given to the chipset as a whole.
 
         Args:
             ends: the host ports on the wires; there must be exactly one, and its bus must be the host's bus.

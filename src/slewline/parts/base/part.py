@@ -158,7 +158,7 @@ class Part(Component):
         return terminal
 
     def take_pin(self, name: str, inner: Terminal) -> Terminal:
-        """Give this part a pin, with the given name, on the net of a pin of an inner part; return the new pin."""
+        """Add a pin of the given name to this part, on the net of an inner part's pin; return the new pin."""
         terminal = self.pins[name] = Terminal(self.name, replace(inner.row, name=name), inner.net)
         return terminal
 
@@ -192,7 +192,7 @@ class Part(Component):
         return ()
 
     def shows(self) -> dict[str, Any]:
-        """Return the state of the part without its pins, as plain data (a shaft angle, a display text); {} if none."""
+        """Return the part's state, except its pins, as plain data (shaft angle, display text); {} if none."""
         return {}
 
     def catch_up(self) -> None:
@@ -208,7 +208,9 @@ class Part(Component):
         """Drop the values that the part's quantities had before an instant (ps)."""
 
     def keep_recent(self, what: bytearray | list[Any]) -> Recent:
-        """Keep only the recent elements, as set by `Bench(keep=)`, of a list or bytearray that grows at its end.
+        """Keep only the recent elements of a list or bytearray that grows at its end.
+
+        `Bench(keep=)` determines which elements are recent.
 
         Returns:
             A `Recent`, which also counts the dropped elements.

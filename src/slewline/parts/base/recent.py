@@ -1,6 +1,6 @@
 """Received data (bytes, words, answers), of which only the latest are kept.
 
-The data have no time stamps.  Instead, a mark holds an instant and the number of data received by then.
+The data have no time stamps.  Instead, a mark records an instant and the number of items received by then.
 Once the mark is older than `before`, the data before it are dropped, and a new mark is set at the end.
 
           before        now
@@ -41,9 +41,9 @@ class Recent:
         return max(number - self.dropped, 0)
 
     def forget(self, before: int, now: int) -> None:
-        """Drop the elements before the last mark and set a new one, unless the last mark is later than `before`.
+        """Drop the elements before the last mark, and set a new mark, unless the last is later than `before`.
 
-        `now` is the present instant, that of the new mark; `before` and `now` are in ps.
+        `now` is the present instant, and becomes the instant of the new mark; `before` and `now` are in ps.
         """
         if self._mark > before:
             return

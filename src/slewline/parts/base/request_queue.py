@@ -12,6 +12,8 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Awaitable, Callable
+from functools import partial
+from operator import attrgetter
 from typing import Any, Generic, TypeVar
 
 from ...core.messages.whole import counted
@@ -20,6 +22,7 @@ from ...core.time.timebase import Time, readable
 from ...errors import SlewlineError, Timeout, UsageError
 
 T = TypeVar("T")
+DONE = attrgetter("done")
 
 
 class Request(Generic[T]):
@@ -36,7 +39,7 @@ class Request(Generic[T]):
         self.failure: SlewlineError | None = None
 
     async def run(self) -> None:
-        """Run the coroutine function, and store its result, or its error as the failure if the request is `kept`."""
+        """Run the coroutine function; store its result or, if the request is `kept`, its error as `failure`."""
         try:
             self.result = await self.action()
         except SlewlineError as error:
@@ -121,7 +124,7 @@ class RequestQueue:
         Raises:
             Timeout: the request is not done in time; the last request in the queue is then cancelled.
         """
-        self.let_pass(lambda: request.done, request.text, timeout)
+        self.let_pass(partial(DONE, request), request.text, timeout)
         if request.failure is not None:
             raise request.failure
         return request.result

@@ -140,8 +140,8 @@ class Board(Part):
     async def _reach(self, register: str, byte: int | None = None) -> int:
         """Perform the next bus cycle, which begins within one clock from now, and return the byte written or read.
 
-        Without a byte it is a read cycle; the byte is read at the end of clock 4.  Edges of the cycle may be
-        promised; the call then returns before the cycle ends.
+        Without `byte`, the cycle is a read cycle; its byte is read at the end of clock 4.  Edges of the
+        cycle may be promised; the call then returns before the cycle ends.
 
         Args:
             register: the name of a register that the layout provides for this access.
@@ -150,15 +150,16 @@ class Board(Part):
         raise NotImplementedError
 
     def _access(self, offset: int, byte: int | None, port: int | None = None) -> Awaitable[int]:
-        """Perform a cycle at an offset from the base, even one without a register; return the byte written or read.
+        """Perform a bus cycle at an offset from the base; return the byte written or read.
 
-        `byte` is the byte to be written, or None to read; `port` is the full address, if known.
+        The offset need not be that of a register.  `byte` is the byte to be written, or None to read; `port`
+        is the full address, if known.
         """
         register = (self.layout.reads if byte is None else self.layout.writes).get(offset)
         return self._nowhere(offset, byte, port) if register is None else self._reach(register, byte)
 
     async def _nowhere(self, offset: int, byte: int | None, port: int | None) -> int:
-        """Perform a cycle at an address without a register; report this as a finding, once for IN and once for OUT."""
+        """Perform a cycle at an address without a register; report its first IN and first OUT as findings."""
         address, reading = self.base + offset if port is None else port, byte is None
         await until(self.kernel, self._clock(1))  # at an instant of the cycle, regardless of the instant of the request
         if (address, reading) not in self._reported:

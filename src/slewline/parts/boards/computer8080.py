@@ -54,7 +54,7 @@ class Cpu8080:
         await until(self.kernel, self.clock.ps(self.tick))
 
     async def poll(self, net: Net, wanted: int) -> None:
-        """Sample a bit every 27 states, first at the end of the first IN, until it has the wanted level."""
+        """Sample a bit every 27 states, starting at the end of the first IN, until it has the wanted level."""
         await self.states(IN)
         origin = self.tick
         while net.level != wanted:

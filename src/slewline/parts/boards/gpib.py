@@ -160,7 +160,7 @@ class SourceHandshake:
 
 
 class Talks:
-    """Mixin for parts that have a `SourceHandshake`; provides the calls by which a user operates it."""
+    """Mixin for parts that have a `SourceHandshake`; provides the calls that users make to operate it."""
 
     _source: SourceHandshake
 

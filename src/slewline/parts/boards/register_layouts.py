@@ -62,7 +62,7 @@ ALLOWED = f"{', '.join(CARDS)}, or offsets such as {EXAMPLE}"
 
 
 def layout_of(card: str) -> Layout:
-    """Return the layout of a card, given by its name or by a text with the offsets of its registers.
+    """Return a card's layout, given the card's name or text that lists the offsets of its registers.
 
     Raises:
         UsageError: no card has this name, or the text is not a layout.

@@ -36,7 +36,7 @@ class Done(NamedTuple):
 
 
 def is_step(request: int, waits: tuple[str, ...]) -> bool:
-    """Return whether a byte can be the first byte of a step, on a board that has the conditions `waits`."""
+    """Return whether a byte can begin a step on a board that supports the wait conditions `waits`."""
     return request < 0x20 or request == POLL or WAITS.get(request) in waits
 
 

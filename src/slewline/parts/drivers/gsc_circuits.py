@@ -57,7 +57,8 @@ class StepCheck(Part):
         x   0 1 1 0        clockwise: left to right
         y   0 0 1 1
 
-    A step that the motor never makes stops the module forever; a step that the load undoes must be made again.
+    If the motor never completes a step, the module stops forever; if the load undoes a step, the step must be
+    made again.
     """
 
     _for_users = ("behind",)

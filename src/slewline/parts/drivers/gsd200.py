@@ -262,7 +262,7 @@ class PhaseCurrent(Part):
 
     @property
     def past(self) -> list[tuple[int, float]]:
-        """Past currents: pairs of the instant at which the current changed (ps), and the new current in amperes."""
+        """Past currents: pairs of the instant (ps) of a change and the new current in amperes."""
         return [*self._known]
 
     def current_at(self, time: Time) -> float:

@@ -7,8 +7,8 @@ The LED display is an HDSP-211x type.  It has six address lines:
     00 ... 07   flash: bit 0, one byte per character   all remaining addresses repeat these
 
 The LCD shows text on its right, and the queried parameters on its left, each parameter on its own line.
-No readable page documents how a CY325 selects the side of the display on which a text appears; here the
-text itself decides: `X=00123` CR is a parameter, and anything else is text.
+No legible page documents how a CY325 selects the side of the display for its output; here the output itself
+determines the side: `X=00123` CR is a parameter, and anything else is text.
 """
 
 from __future__ import annotations
@@ -148,7 +148,7 @@ def _glyph(byte: int) -> str:
 
 
 class Text:
-    """Lines of continuous text: a full line or CR begins the next line; after the last line comes the first."""
+    """Lines of continuous text: a CR or a full line moves on to the next line, from the last to the first."""
 
     def __init__(self, rows: int, width: int) -> None:
         self.lines, self.width, self.row = [""] * rows, width, 0

@@ -55,6 +55,7 @@ class AdaptiveHost(UartHost, Host):
         Raises:
             UsageError: `on` is not True, False or None.
         """
+        self.uart.cut()
         self.uart.control.heed(on, self)
 
     # -------------------------------------------------------------------------------------------------- out and back

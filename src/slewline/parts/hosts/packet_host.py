@@ -325,7 +325,7 @@ class PacketHost(Host):
 
     @from_outside
     def poll(self, chip: str, axis: int, bit: str, every_ps: int) -> Request[int]:
-        """Queue a request that polls an axis's status word until `bit` (as for `wait`) is true; it returns the word."""
+        """Queue a poll of an axis's status word until `bit` (as for `wait`) is true; the result is the word."""
         port = served(self.name, self.ports, chip)
         self.input("poll", chip, axis, bit, every_ps)
         return self.queue.submit(f"{bit} of {chip}", lambda: port.until_status(bit, every_ps, axis))

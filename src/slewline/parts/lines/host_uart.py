@@ -39,8 +39,6 @@ class HostUart:
         mark: the level of an idle line.
     """
 
-    burst = BURST
-
     def __init__(self, part: Part, setting: LineSetting, mark: int) -> None:
         self.part, self.kernel, self.name, self.mark = part, part.kernel, part.name, mark
         self.finding = part.finding
@@ -100,13 +98,17 @@ class HostUart:
         self.part.input("write", data, fault)
         if data[:1] == b"\xff":
             self.far.look_for_telnet(data)
-        burst = 1 if fault == "late" else self.burst  # every character is late
-        self.outgoing += [(data[at : at + burst], fault) for at in range(0, len(data), burst)]
+        self.outgoing += [(burst, fault) for burst in self.bursts(data, fault)]
         if self.sender is None or not self.sender.alive:
             self.sender = self.kernel.spawn(self._send, name=f"{self.name} sends")
         elif not self.sending:
             self.kernel.wake(self.sender)
         self.sending = True
+
+    def bursts(self, data: bytes, fault: str) -> list[bytes]:
+        """Return the parts of `data` that are each sent as one line of characters."""
+        length = 1 if fault == "late" else BURST  # every character is late
+        return [data[at : at + length] for at in range(0, len(data), length)]
 
     def drop(self, verb: str) -> None:
         """Drop the queued characters, except the burst being sent.
@@ -148,16 +150,16 @@ class HostUart:
             if (ps := self.may_send_ps()) > self.kernel.now:
                 await until(self.kernel, ps)
             while self.outgoing:
-                data, fault = self.outgoing[0]
-                if fault == "late":
+                if self.outgoing[0][1] == "late":
                     await until(self.kernel, self.kernel.now + LATE_PS)
                 await self.before_burst()
+                data, fault = self.outgoing[0]
                 if not self.far.compared:
                     self.far.compare()
                 if self.far.addressed:
                     self.far.look_at_addresses(data)
                 await until(self.kernel, begin_line(self.driver, self.frames, data, fault))
-                self.after_burst(data)
+                self.after_burst(self.outgoing[0][0])
                 self.outgoing.popleft()
             self.sending = False
             await suspended()
@@ -205,7 +207,7 @@ class HostUart:
         return at if self.on_character.listeners else self.acts(data, at)
 
     def acts(self, data: bytes, at: int) -> int:
-        """Return the index in `data`, at least `at`, of the next character on which this end acts; -1 if none."""
+        """Return the index, `at` or later, of the next character in `data` on which this end acts; -1 if none."""
         return -1
 
     def passed(self, data: bytes) -> None:
@@ -230,7 +232,7 @@ class HostUart:
 
 
 class OverUart:
-    """Mixin for parts with a UART; provides the calls by which a user operates the UART."""
+    """Mixin for parts with a UART; provides the calls that users make to operate the UART."""
 
     uart: HostUart
 

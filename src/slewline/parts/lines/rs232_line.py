@@ -112,9 +112,9 @@ class Rs232Line(Part):
 
     def rewired(self) -> None:
         """Start to follow the levels from both sides, now that the line is wired."""
-        for way in self._directions.values():
-            way.source.net.watch(way.changed)
-            way.changed(way.source.net)
+        for direction in self._directions.values():
+            direction.source.net.watch(direction.changed)
+            direction.changed(direction.source.net)
 
     def way(self, name: str) -> LineDirection:
         """Return one direction of the line: "to_module" or "to_host"."""

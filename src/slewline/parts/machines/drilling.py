@@ -36,7 +36,7 @@ class CutPiece:
 
 
 class Bar(Part):
-    """A bar fed under drill and blade by CLOCK and DIR; a rise of `bit` drills a hole, a rise of `blade` cuts."""
+    """A bar fed under drill and blade by CLOCK and DIR; drilled when `bit` rises, cut when `blade` rises."""
 
     _for_users = ("position", "holes", "pieces")
     wiring = MappingProxyType({**STEP_WIRING, "blade": "output1"})

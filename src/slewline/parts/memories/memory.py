@@ -81,7 +81,8 @@ class MemoryCore:
     @property
     def byte(self) -> int:
         """Byte at the present address."""
-        return self.bytes[self.address]
+        bus = self.bus
+        return self.bytes[(bus.high << 8 | bus.low) % self.size]
 
 
 class Ram(Part):

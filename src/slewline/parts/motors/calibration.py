@@ -77,7 +77,7 @@ def calibrate(
         if rate is not None and not 20 <= rate <= 1e5:
             raise UsageError(f"{name} rate {rate:g} steps/s; allowed 20 to 100000 full steps/s")
     if torque and pull_out is None:
-        raise UsageError(f"torque {torque:g} N m: needs a pull-out rate; add the rate, or leave the torque out")
+        raise UsageError(f"torque {torque:g} N m needs a pull-out rate; add the rate, or leave the torque out")
     if start_stop is not None and pull_out is not None and pull_out <= start_stop:
         raise UsageError(
             f"start-stop rate {start_stop:g}, pull-out rate {pull_out:g} steps/s: a motor that accelerates slowly "

@@ -159,7 +159,7 @@ def _pattern(form: str) -> re.Pattern[str]:
 
 
 def _figures_in(text: str, name: str, motor: MotorData) -> Iterator[tuple[str, str, Any]]:
-    """Yield each figure in a driver's text: the part of the text that sets it, the figure's name, its value."""
+    """Yield each figure in a driver's text: the part of the text that sets it, its name, and its value."""
     for part in re.sub(r"(?<=[^\s,])\s+(averaged|chopper)\b", r", \1", text, flags=re.IGNORECASE).split(","):
         part = part.strip()
         if part in DRIVERS:
@@ -253,7 +253,7 @@ def read_driver(value: Any, name: str, motor: MotorData) -> DriverData:
 
 
 def has_own_clock(value: Any, motor: MotorData) -> bool:
-    """Return whether the user named a driver, or set its chopper clock or off-time; if not, 20 kHz is assumed."""
+    """Return whether the user named a driver or set a chopper clock or off-time; if not, 20 kHz is assumed."""
     if isinstance(value, DriverData):
         return True
     given = _of_text(value, "driver", motor) if isinstance(value, str) else value or {}
@@ -278,7 +278,7 @@ def _fitting(given: Mapping[str, Any], rows: Sequence[Option], name: str) -> Non
     for each in NEEDED:
         if each in TAKES[kind] and each not in given:
             row = next(row for row in rows if row.name == each)
-            raise UsageError(f"{name}: needs {each}: {replace(row, none=False).allowed}")
+            raise UsageError(f"{name} needs {each}: {replace(row, none=False).allowed}")
 
 
 def _regulated(given: Mapping[str, Any], name: str, motor: MotorData) -> float:

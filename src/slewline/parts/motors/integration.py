@@ -136,7 +136,7 @@ class Integration:
 
     @property
     def engine(self) -> Engine:
-        """The engine to use now: as set by the user, or else by the number of grid points computed so far."""
+        """The engine to use now: set by the user, or else chosen by the number of grid points computed so far."""
         model = self.law.model
         if self.named is None and numba_is_there() and (model.is_compiled or self.made >= SOON):
             return model.numba

@@ -106,7 +106,7 @@ class Model:
 
     @property
     def _step(self) -> list[str]:
-        """Lines that compute the state `dt` seconds after a grid point from the state and rates at that point."""
+        """Lines of code that compute the state `dt` seconds after a grid point from the state and rates there."""
         lines = ["half = 0.5 * dt"]
         rates = [*ANGLE.splitlines(), *self._of("torque"), *self._of("rates")]
         for number, length in ((1, "half"), (2, "half"), (3, "dt")):
@@ -130,7 +130,7 @@ class Model:
 
     @property
     def _edge(self) -> list[str]:
-        """Lines that take the new set points at an edge of the inputs, and apply the effects of the edge."""
+        """Lines of code that, at an edge of the inputs, load the new set points and apply the edge's effects."""
         numbers = range(1, self.rows + 1)
         old = [f"o{n} = r{n}" for n in numbers if f"o{n}" in "\n".join(self._of("edge"))]
         return [*old, "code = codes[edge]", *(f"r{n} = table[code][{n - 1}]" for n in numbers), *self._of("edge")]
@@ -262,7 +262,7 @@ class Engine:
 
     @property
     def crossing(self) -> Callable[..., Any]:
-        """Function that computes when a position crosses a bound after a grid point, in ps after that grid point."""
+        """Function that computes the time (ps) from a grid point until a position crosses a bound."""
         return self.functions["crossing"]
 
     @property

@@ -77,8 +77,8 @@ def of_text(
         given = whole if " " in whole else given
         if given[0] in "0123456789.+-":
             raise UsageError(
-                f"{name} {text!r}: {part!r} has no name; write each figure as its name, a number with a decimal point, "
-                "and the unit, such as friction 0.5 mNm"
+                f"{name} {text!r}: {part!r} has no name; write the name, the number (with a decimal point) and "
+                "the unit of each figure, such as friction 0.5 mNm"
             )
         known = max((each for each in words if f"{given} ".lower().startswith(f"{each} ")), key=len, default="")
         word = known or re.split(r" (?=[\d.+-])", given, maxsplit=1)[0]

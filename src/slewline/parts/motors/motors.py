@@ -223,7 +223,7 @@ def _check_whole(given: Mapping[str, Any], name: str) -> None:
     if missing and all(each in rows for each in given):
         missing_figures = ", ".join(f"{each} ({rows[each].unit}: {rows[each].description})" for each in missing)
         raise UsageError(
-            f"{name}: needs {missing_figures}; write, for example, '{EXAMPLE}', or add 'like' and the name of a motor"
+            f"{name} needs {missing_figures}; write, for example, '{EXAMPLE}', or add 'like' and the name of a motor"
         )
 
 

@@ -70,7 +70,7 @@ class CountOutputs:
         return self.rule.counter.level(self.rule.kernel.seen)
 
     def steps(self, counts: int) -> Fraction:
-        """Return the number of shaft steps that a number of counts corresponds to."""
+        """Return the number of shaft steps that corresponds to a number of counts."""
         return counts / self.rule.counter.scale.per_step
 
     def push(self, counts: int) -> None:

@@ -112,7 +112,7 @@ def attach_drive(self: HasDrive, own: str, row: Pin) -> None:
 class Translator(Part):
     """A translator and its motor: a falling edge of PULSE is a step in the direction of DIRECTION (CY525 fig. 10.4).
 
-    It sees only these two lines, so a PULSE that one of the commands O 128 to O 255 outputs for a phase
+    These two lines are its only inputs, so a PULSE that one of the commands O 128 to O 255 outputs for a phase
     latch is also a step.  Parts on its `shaft`, such as an encoder, switches or a gear, turn with it.
 
     Args:
@@ -384,7 +384,7 @@ class Rotor(Part):
         self._followed = field
         turn = (field - self._position) % 4
         if turn == 2:
-            text = "the field jumped to the opposite side: a real rotor could turn either way"
+            text = "the field jumped by 180 electrical degrees: a real rotor could turn either way"
             self.finding("rotor-lost", text, ps)
         else:
             self._position += {0: 0, 1: 1, 3: -1}[turn]

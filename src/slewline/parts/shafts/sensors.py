@@ -89,7 +89,7 @@ class Sensor(Follower):
         counter = self.counter.on(self.shaft.motion, self.kernel.now)
         lasts = counter is self.counter  # the promises of the outputs remain valid if nothing depends on the change
         self.counter = counter
-        if not lasts or any(driver.heard or driver.promise is None for driver in self.part.drivers.values()):
+        if not lasts or any(driver.watched or driver.promise is None for driver in self.part.drivers.values()):
             self.schedule()
 
 

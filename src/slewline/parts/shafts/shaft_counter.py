@@ -71,7 +71,7 @@ class Marks:
         return [-(-count * d // n) for count in counts] if n else [self.bounds[count - 1] for count in counts]
 
     def within(self, count: int) -> bool:
-        """Return whether `place` can return a position for a count: every count can occur, or it is that of a bound."""
+        """Return whether `place` can return a position for a count; with bounds, only for 1 to their number."""
         return bool(self.numerator) or 1 <= count <= len(self.bounds)
 
 

@@ -59,7 +59,7 @@ class EncoderChannel:
         return self.code[self.counter.level(ps)]
 
     def after(self, ps: int) -> When:
-        """Return when (ps) the next edge strictly after `ps` occurs; NotYet if not found yet; None if not foreseen.
+        """Return the instant (ps) of the next edge strictly after `ps`; NotYet if unknown; None if not foreseen.
 
         If the shaft turns too fast, every jump of the count may end at the same level, so that there is never an
         edge.

@@ -51,7 +51,7 @@ class Linkage:
         return not self.play and (self.under is None or self.under.simple)
 
     def bound(self, place: float, rising: bool, command: float) -> tuple[float, float, bool]:
-        """Return a condition on the rotor for the load to pass `place`: a factor, a bound and a direction.
+        """Return the condition that the rotor must meet for the load to pass `place`: factor, bound, direction.
 
         The load passes `place` when factor * (position of the rotor) passes the bound: upwards if the direction
         is True, downwards if False.

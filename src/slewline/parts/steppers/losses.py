@@ -40,7 +40,10 @@ class Losses:
         self._last = self._done + 1, 0.0  # last grid point, and the lag there
 
     def look(self, ps: int) -> Iterator[tuple[int, str, str]]:
-        """Yield time (ps), code and text of each event up to an instant (ps), at most the last committed instant."""
+        """Yield the time (ps), code and text of each event up to an instant.
+
+        The instant (ps) is at most the last committed one.
+        """
         if ps <= self._done:
             return
         for law, columns, _ in self.run.between(self._done, ps):
@@ -137,4 +140,4 @@ class Losses:
                 message = f"{abs(gone)} steps lost" if gone > 0 else f"{abs(gone)} steps too many"
             else:
                 message = "no step lost"
-            yield ps, "steps-lost", f"in step again: {message}"
+            yield ps, "steps-lost", f"back in step: {message}"

@@ -27,5 +27,5 @@ class RestCondition(Condition):
         return run.rests(seen) and seen >= run.known_to_rest and run.feed.now.look_after(seen) is None
 
     def when(self) -> int | None:
-        """Return when the motor will be at rest, or an instant at which to query again (ps)."""
+        """Return the instant (ps) at which the motor will be at rest, or an instant at which to query again."""
         return self.run.comes_to_rest(self.kernel.seen)

@@ -366,7 +366,7 @@ class Stepper(Blockable, Part):
     def _show_stall(self) -> None:
         """Renew the promise of `stall`, unless there is a promise already and nothing watches the wire."""
         driver = self.drivers["stall"]
-        if driver.heard or driver.promise is None:
+        if driver.watched or driver.promise is None:
             driver.play(self._stall())
 
     def _stall(self) -> SwitchZone:

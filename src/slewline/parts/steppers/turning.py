@@ -1,4 +1,4 @@
-"""The shaft of a motor whose motion is integrated; the parts for other shafts can be used on it unchanged."""
+"""The shaft of a motor whose motion is integrated; parts designed for other shafts fit it unchanged."""
 
 from __future__ import annotations
 
@@ -154,7 +154,7 @@ class RunCounter:
 
 
 def pushed(law: MotorLaw, state: Mapping[str, float], by: float) -> dict[str, float]:
-    """Return the positions (rad) of rotor and load after a manual turn of `by` rad, which a hard stop limits."""
+    """Return the positions (rad) of rotor and load after a manual turn by `by` rad, or up to a hard stop."""
     places = {name: state[name] for name in ("theta", "theta2") if name in state}
     last_place = list(places.values())[-1]
     if by > 0.0 and law.load.high is not None:

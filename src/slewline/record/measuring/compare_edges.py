@@ -111,7 +111,7 @@ class Comparison:
 
     @property
     def drift_ppm(self) -> float:
-        """The drift of the measured clock, in ppm, positive if it is slower than the model's: slope of `late_ps`."""
+        """The drift of the measured clock: the slope of `late_ps`, in ppm; positive if slower than the model's."""
         return 1e6 * _slope(self.model[0][self.pairs[:, 0]], self.late_ps)
 
     @property

@@ -182,7 +182,7 @@ class Bound:
         return cls(limit, *limit.at(crystal_hz))
 
     def kept(self, shortest: int, longest: int) -> bool | None:
-        """Return whether times from `shortest` to `longest` (ps) keep the limit; None if it is only a typical time."""
+        """Return whether times from `shortest` to `longest` (ps) meet the limit; None if it is only typical."""
         if self.least is None and self.most is None:
             return None
         return (self.least is None or shortest >= self.least) and (self.most is None or longest <= self.most)
@@ -228,7 +228,7 @@ class Interval:
 
     def __str__(self) -> str:
         limits = "; ".join(str(bound) for bound in self.bounds)
-        verdict = "" if self.kept is None else ": kept" if self.kept else ": VIOLATED"
+        verdict = "" if self.kept is None else ": met" if self.kept else ": VIOLATED"
         return f"{self.symbol} = {duration(self.ps)}" + (f" ({limits}{verdict})" if limits else "")
 
 
@@ -278,7 +278,7 @@ class Checked:
 
     @property
     def kept(self) -> bool | None:
-        """True if the limit was kept, False if not; None if nothing was measured or the limit is only typical."""
+        """True if the limit was met, False if not; None if nothing was measured or the limit is only typical."""
         if self.shortest_ps is None or self.longest_ps is None:
             return None
         sure = self.bound.kept(self.shortest_ps, self.longest_ps)
@@ -286,7 +286,7 @@ class Checked:
 
     @property
     def doubtful(self) -> bool:
-        """True if the limit counts as kept, but may have been violated within the uncertainty of the times."""
+        """True if the limit counts as met, but may have been violated within the uncertainty of the times."""
         return bool(
             self.kept
             and self.doubt_ps
@@ -295,7 +295,7 @@ class Checked:
 
     @property
     def verdict(self) -> str:
-        """The result as text: kept, violated, only typical, not seen, or not recorded."""
+        """The result as text: met, violated, only typical, not seen, or not recorded."""
         if self.missing:
             return f"{self.missing} not recorded"
         if not self.count:
@@ -303,12 +303,12 @@ class Checked:
         if self.kept is None:
             return "typical"
         if self.kept:
-            return f"kept, within {duration(self.doubt_ps)}" if self.doubtful else "kept"
+            return f"met, within {duration(self.doubt_ps)}" if self.doubtful else "met"
         times = f"{len(self.violations)} times, first" if len(self.violations) > 1 else "once,"
         return f"VIOLATED {times} at {duration(self.violations[0])}, by the {self.bound.limit.keeper}"
 
 
-HEADS = ("", "time", "data sheet", "seen", "shortest", "longest", "")  # of a table
+HEADS = ("", "time", "data sheet", "count", "shortest", "longest", "")  # of a table
 
 
 class TimingTable(Sequence[Checked]):

@@ -208,8 +208,8 @@ class Skew:
 def skew(first_ps: NDArray[np.int64], second_ps: NDArray[np.int64]) -> Skew | None:
     """Return the delay of a second axis's steps after the nearest steps of the first; None if none correspond.
 
-    Two steps correspond if they are apart by at most a quarter of the shortest interval of either axis; an axis
-    with fewer than two steps has no corresponding steps.
+    Two steps correspond if the time between them is at most a quarter of the shortest interval of either axis;
+    an axis with fewer than two steps has no corresponding steps.
     """
     import numpy as np
 

@@ -98,7 +98,7 @@ def marked(model: LevelTrace, measured: Trace, start: int, stop: int) -> NDArray
 
 
 def differences(pins: Iterable[tuple[str, LevelTrace, Trace | None]], start: int, stop: int) -> list[str]:
-    """Return how well pins agree with their traces in a window (ps): a list of one line; [] without traces."""
+    """Return a line, in a list: how well pins agree with their traces in a window (ps); [] without traces."""
     notes = [f"{name} {_agreement(model, over, start, stop)}" for name, model, over in pins if over is not None]
     return [f"Measured (dashed): {'; '.join(notes)}"] if notes else []
 

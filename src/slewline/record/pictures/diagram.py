@@ -77,7 +77,7 @@ class Diagram:
 
     @property
     def compared(self) -> list[str]:
-        """A text, in a list, that states how well lanes agree with the traces drawn over them; [] without traces."""
+        """A line of text, in a list: how well lanes agree with the traces drawn over them; [] without traces."""
         return differences(((lane.label, lane.signal, lane.over) for lane in self.lanes), self.start, self.stop)
 
 
@@ -182,7 +182,7 @@ class DiagramLayout:
 
 
 def lanes_of(interval: Interval, lanes: Sequence[Lane]) -> tuple[int, int]:
-    """Return the numbers of two lanes: that of the start edge of an interval, and that of its end edge."""
+    """Return the numbers of two lanes: those of an interval's start edge and of its end edge."""
     names = [lane.pin for lane in lanes]
     return names.index(interval.start.split()[0]), names.index(interval.end.split()[0])
 
@@ -223,5 +223,5 @@ def _labels(interval: Interval) -> tuple[str, ...]:
     """
     text = f"{interval.symbol} = {duration(interval.ps) if interval.ps else 0}"
     limits = "; ".join(str(bound) for bound in interval.bounds)
-    verdict = "" if interval.kept is None else ": kept" if interval.kept else ": violated"
+    verdict = "" if interval.kept is None else ": met" if interval.kept else ": violated"
     return (f"{text}  ({limits}{verdict})", text + verdict, text) if limits else (text,)

@@ -106,7 +106,7 @@ class Paper:
         self.figure.add_artist(Line2D(ends, [up, up], transform=self.figure.transFigure, **style))
 
     def panel(self, x: float, y: float, width: float, height: float, first: Axes | None) -> Axes:
-        """Return a panel with its upper left corner at (x, y), and with the time axis of the panel `first`, if any."""
+        """Return a panel with its upper left corner at (x, y), sharing the time axis of panel `first`, if any."""
         box = (x / self.width, 1 - (y + height) / self.height, width / self.width, height / self.height)
         return self.figure.add_axes(box, sharex=first)
 

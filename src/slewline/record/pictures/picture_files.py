@@ -54,7 +54,7 @@ def drawn(figure: Figure, kind: str, title: str, description: str, dark: bool = 
 
 
 def show(figure: Figure) -> None:
-    """Show a figure in the current notebook; without one, show it in a window until the window is closed.
+    """Show a figure in the current notebook; without one, in a window, and wait until that is closed.
 
     Raises:
         UsageError: matplotlib cannot open a window, for example because there is no screen.

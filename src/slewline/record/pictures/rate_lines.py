@@ -1,4 +1,4 @@
-"""Rates in a velocity panel: a named, dashed line for each rate, for the time during which it was in force."""
+"""Rates in a velocity panel: each a named, dashed line that spans the times when the rate was in force."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def draw_rates(
 
 
 def _joined(spans: NDArray[np.int64], apart: int) -> NDArray[np.int64]:
-    """Return the spans, (n, 2), sorted, with any two joined if the gap between them is at most `apart` (ps)."""
+    """Return the spans, (n, 2), sorted, and joined where the gap between two is at most `apart` (ps)."""
     import numpy as np
 
     begins, ends = spans[np.argsort(spans[:, 0], kind="stable")].T

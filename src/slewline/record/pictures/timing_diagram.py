@@ -161,7 +161,7 @@ class Drawing:
     def _edges(
         self, places: NDArray[np.float64], levels: NDArray[np.int64], foot: float, color: str, **how: Any
     ) -> None:
-        """Draw levels with slanted edges between them, as one line; if any level is narrow, all edges are vertical."""
+        """Draw levels as one line, with slanted edges or, if any level is narrow, with vertical edges only."""
         import numpy as np
 
         heights = foot + SWING * np.where(levels == FLOATING, 0.5, levels)

@@ -46,7 +46,7 @@ class Track:
     words: Mapping[str, str] = field(default_factory=dict)
 
     def called(self, rate: str) -> str:
-        """Return the name of a rate with the meaning of its parameter, if `words` states one: "R = 80 (rate)"."""
+        """Return a rate's name, followed by its parameter's meaning if `words` includes it: "R = 80 (rate)"."""
         parameter, _, value = rate.partition(" = ")
         return f"{rate} ({self.words[parameter]})" if value and parameter in self.words else rate
 

@@ -75,7 +75,7 @@ class TorqueCurve:
 
 @dataclass(frozen=True, slots=True)
 class LagCurve:
-    """The lag of a rotor with respect to its command: instants, (n,) int64 ps, and lags, (n,) full steps."""
+    """The lag of a rotor, relative to its command: instants, (n,) int64 ps, and lags, (n,) full steps."""
 
     name: str
     times_ps: NDArray[np.int64]

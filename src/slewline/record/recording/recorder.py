@@ -220,8 +220,9 @@ class Recorder:
 def chunks(expand: Sequence[Callable[[int, int], Any]], start: int, stop: int, unit: int = 1) -> Iterator[list[Any]]:
     """Yield the changes in start <= t <= stop, window by window: one array for an hour would be too large.
 
-    For each window, the list has the result of each function.  The length of a window depends on the density
-    of changes in the previous one.  All windows but the last end 1 ps before a multiple of `unit` (ps).
+    For each window, yield a list with the result of each function.  The length of a window depends on the
+    density of changes in the previous one.  All windows but the last end 1 ps before a multiple of `unit`
+    (ps).
 
     Args:
         expand: functions of a window (start, stop), such as the edges of a net; each returns times and
@@ -255,7 +256,7 @@ def _promised(what: Any) -> bool:
 
 
 def _present(net: Net) -> Any:
-    """Return the state of a net: if a single driver drives it by a promise, that promise; otherwise the level."""
+    """Return the promise of a net's only active driver, or the net's level if there is no such promise."""
     driving = [driver for driver in net.drivers if driver.promise is not None or driver.level is not None]
     if len(driving) == 1 and driving[0].promise is not None:
         return driving[0].promise
@@ -302,8 +303,8 @@ def columns(probe: Probe, times: Any, levels: Any) -> Edges:
 def _codes(probe: Probe, levels: Any) -> Any:
     """Return the levels of a promise as the numbers that represent them in arrays.
 
-    If the levels of a bus are an array, each of them is 256 * (mask of driven wires) + value, or negative if
-    the bus floats.
+    `levels` may also be an array, in which a level of a bus is 256 * (mask of driven wires) + value, or negative
+    if the bus floats.
     """
     import numpy as np
 
@@ -317,7 +318,7 @@ def _codes(probe: Probe, levels: Any) -> Any:
 
 
 def _expanded(probe: Probe, entries: Sequence[tuple[int, Any]], start: int, stop: int) -> Edges:
-    """Return the edges in start <= t <= stop of some log entries; the first may begin long before `start`."""
+    """Return the edges in start <= t <= stop of log entries; the first entry may begin long before `start`."""
     import numpy as np
 
     sinces, whats = [since for since, _ in entries], [what for _, what in entries]

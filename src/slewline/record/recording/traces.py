@@ -1,4 +1,4 @@
-"""The trace of one pin in a picture: the trace of a recorded pin, or of a signal in a file."""
+"""The trace of one pin in a picture, taken from a recorded pin or from a signal in a file."""
 
 from __future__ import annotations
 

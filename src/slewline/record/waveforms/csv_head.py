@@ -117,7 +117,7 @@ def read_head(path: str, lines: list[str], timescale: int | None) -> CsvHead:
         _scale(head, heads, lines[head.lines :], sigrok, timescale)
     elif timescale is None and head.rate is None:
         raise UsageError(
-            f"{path}: has no column of times, and states no sample rate; export the times too, or give the time from "
+            f"{path} has no column of times, and states no sample rate; export the times too, or give the time from "
             "one row to the next: timescale='1 us', or --timescale '1 us'"
         )
     else:
@@ -198,7 +198,7 @@ def _beside(head: CsvHead, lines: list[str], begin: int) -> int:
 
 
 def _rising(rows: list[str], delimiter: str, known: list[int]) -> int | None:
-    """Return the first column of numbers if it contains times, which are fractions that rise from row to row.
+    """Return the first column of numbers if it contains times: rising from row to row, not all whole.
 
     Return None if it does not contain times, or if it is the only column.
     """
@@ -225,7 +225,7 @@ def _states_values(cell: str) -> bool:
 
 
 def _names(texts: list[list[str]], count: int) -> tuple[list[str], list[str]]:
-    """Return the column names, and the units of the columns if they are on a line of their own, otherwise []."""
+    """Return the names and the units of the columns; the units are [] if they have no line of their own."""
     rows = [cells + [""] * (count - len(cells)) for cells in texts[-2:] if len(cells) > 1 or count == 1]
     if rows and all(_states_values(cell) or _NUMBER.fullmatch(cell) for cell in rows[-1]):
         return (rows[0] if len(rows) > 1 else rows[-1]), rows[-1]
@@ -243,7 +243,7 @@ def _increment(head: CsvHead, names: list[str], texts: list[list[str]]) -> None:
 
 
 def _inverse(text: str) -> Fraction | None:
-    """Return the rate (Hz) for a time between two samples, given in seconds; None if the text is not such a time."""
+    """Return the rate (Hz) for a sample interval given as text, in seconds; None if the text is not an interval."""
     text = text.replace(",", ".")
     likely = _NUMBER.fullmatch(text) is not None and 1 / PS_PER_S <= float(text) <= 1000
     return 1 / Fraction(text) if likely else None

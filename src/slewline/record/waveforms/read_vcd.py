@@ -65,7 +65,7 @@ def read_vcd(path: str | Path, *, timescale: Time | None = None, torn: bool = Fa
     except BenchFileError as error:
         raise UsageError(str(error)) from error
     except OSError as error:
-        raise UsageError(f"{path}: cannot be read: {error.strerror or error}") from error
+        raise UsageError(f"{path} cannot be read: {error.strerror or error}") from error
 
 
 def read_opened(path: str | Path, file: BinaryIO, unit: int | None, torn: bool) -> Waveforms:
@@ -114,7 +114,7 @@ def _head(path: str, file: BinaryIO) -> bytes:
     """Return the beginning of a file, up to at least the end of its declarations."""
     head = bytearray(file.read(BLOCK).removeprefix(BOM))
     if not head.strip():
-        raise WaveformError(f"{path}: is empty; nothing was written, or the program that writes it has not finished")
+        raise WaveformError(f"{path} is empty; nothing was written, or the program that writes it has not finished")
     for begin, what in FORMATS.items():
         if head.startswith(begin):
             raise WaveformError(f"{path}: not a VCD file: {what}")
@@ -138,7 +138,7 @@ def _head(path: str, file: BinaryIO) -> bytes:
 def _unit(path: str, stated: Fraction | None, given: int | None) -> Fraction:
     if stated is None and given is None:
         raise UsageError(
-            f"{path}: has no $timescale; give the unit of its times: timescale='1 ns', or --timescale '1 ns'"
+            f"{path} has no $timescale; give the unit of its times: timescale='1 ns', or --timescale '1 ns'"
         )
     if stated is not None and given not in (None, stated):
         raise UsageError(f"{path}: its $timescale is {stated} ps, not the given {given} ps; leave out `timescale`")

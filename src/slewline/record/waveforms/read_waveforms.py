@@ -63,7 +63,7 @@ def read_waveforms(
     except BenchFileError as error:
         raise UsageError(str(error)) from error
     except OSError as error:
-        raise UsageError(f"{path}: cannot be read: {error.strerror or error}") from error
+        raise UsageError(f"{path} cannot be read: {error.strerror or error}") from error
     return read_vcd(path, timescale=timescale, torn=torn)
 
 

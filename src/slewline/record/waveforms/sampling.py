@@ -51,7 +51,7 @@ class Sampling(NamedTuple):
 
     @property
     def resolution_ps(self) -> int:
-        """The longest time by which an edge may be late, ps: a period, plus any rounding to whole units."""
+        """The longest possible delay of a recorded edge, ps: a period, plus any rounding to whole units."""
         whole = self.period % self.unit == 0
         return max(-(-(self.period if whole else self.period + self.unit) // 1), 1)
 
@@ -98,7 +98,7 @@ def sampling_of(
 
 
 def _grid(times_ps: NDArray[np.int64], unit: Fraction) -> Fraction | None:
-    """Return the period (ps) of the coarsest grid that the times fit, and not by chance; None if there is none."""
+    """Return the period (ps) of the coarsest grid that the times fit other than by chance, or None."""
     import numpy as np
 
     since = times_ps - times_ps[:1]

@@ -105,7 +105,7 @@ class VcdStream(WholeOrNothing):
 
     @property
     def window(self) -> tuple[int, int]:
-        """The instants at which the file begins and, so far, ends, ps."""
+        """The instants (ps) at which the file begins and at which it ends so far."""
         return self._start, self._reached
 
     def write_until(self, ps: int) -> None:
@@ -301,7 +301,7 @@ def string(text: str) -> str:
 
 
 def _joined(units: NDArray[np.int64], texts: Sequence[str]) -> tuple[NDArray[np.int64], list[str]]:
-    """Join the texts in the same time unit into one, separated by "; ", so that no text is lost.
+    """Join all texts that fall into the same time unit, separated by "; ", so that no text is lost.
 
     Returns:
         The units that have texts, and the text of each.

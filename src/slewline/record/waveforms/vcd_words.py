@@ -137,7 +137,7 @@ class WordBounds:
 # ----------------------------------------------------------------------------------------------------------- tables
 @cache
 def kinds_of_letters() -> NDArray[np.int8]:
-    """Return the kind of a word for each first character that it may have: (256,) int8, indexed by character."""
+    """Return the kind of word that each first character indicates: (256,) int8, indexed by character."""
     import numpy as np
 
     kinds = np.zeros(256, np.int8)

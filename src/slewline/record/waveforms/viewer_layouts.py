@@ -5,8 +5,8 @@
     weld.sucl      for Surfer: surfer --command-file weld.sucl weld.vcd
 
 For Surfer, the layout is a command file that contains documented commands, because a state file suits
-only one version of Surfer.  A version that does not know a command reports it and continues.  File names
-are relative, so that the folder can be moved.  The same run produces the same bytes.
+only one version of Surfer.  A version that does not support a command reports this and continues.  File
+names are relative, so that the folder can be moved.  The same run produces the same bytes.
 """
 
 from __future__ import annotations
@@ -160,7 +160,7 @@ class ViewerRow(NamedTuple):
 
 
 def grouped(variables: Sequence[Variable]) -> Iterator[tuple[str, list[ViewerRow]]]:
-    """Yield the name and the rows of each group, an axis or a chip: first text, then curves, then pins.
+    """Yield the name and the rows of each group (an axis or a chip): first texts, then curves, then pins.
 
     The wires of a bus are left out if the bus is also included as a whole.
     """

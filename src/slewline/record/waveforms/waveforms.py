@@ -124,7 +124,7 @@ class Waveforms:
 
     @property
     def sampling_ps(self) -> int:
-        """The longest time by which an edge may be late, ps: a sampling period, plus any rounding to units."""
+        """The longest possible delay of a recorded edge, ps: a sampling period, plus any rounding to units."""
         return self.sampling.resolution_ps
 
     # ------------------------------------------------------------------------------------------------------ queries
@@ -286,8 +286,8 @@ class Waveforms:
     def _check_known(self, pulse: str, signal: Signal, begins: tuple[int, ...]) -> None:
         """Check that a step signal is at 0 or 1 wherever a step might otherwise be missed.
 
-        It must be so from the first edge on.  If that edge leads to a level at which a step begins, the level
-        before it must be known too.
+        The signal must be at 0 or 1 from the first edge on.  If that edge leads to a level at which a step
+        begins, the level before the edge must be known too.
 
         Raises:
             UsageError: the signal floats or is unknown there.
@@ -336,7 +336,7 @@ class Waveforms:
             last = [known.rpartition(".")[2] for known in self.names]
             called = [known for known in CALLED.get(name.lower(), ()) if known in map(str.lower, last)]
             near = f"; did you mean {called[0]}?" if called else hint(name, self.names) or hint(name, last)
-            raise UnknownName(f"{self.path}: no signal {name!r}; there are: {_listed(self.names)}{near}")
+            raise UnknownName(f"{self.path}: no signal {name!r}; available: {_listed(self.names)}{near}")
         self._signals[name] = joined = _joined(bits)
         return joined
 

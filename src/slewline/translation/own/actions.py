@@ -160,7 +160,7 @@ class Actions(MotionWriter):
         return [*self.end_shown(0), *self.pointer(), ResultPiece(row)]
 
     def end_shown(self, level: int) -> list[ResultPiece]:
-        """Return the instruction that sets the output that shows a program's end; none if there is no such output."""
+        """Return the instruction for the output that shows a program's end; none if there is no such output."""
         if not self.directives.end_pin:
             return []
         return [ResultPiece(self.rows["bits"], (self.end_output - 1 + (0 if level else LOW_BIT),))]

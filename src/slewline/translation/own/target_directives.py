@@ -120,7 +120,7 @@ class Directives:
 
 
 def hides_the_end(sheet: Sheet) -> bool:
-    """Return whether a part shows the end of a program neither by a pin nor in answer to a query."""
+    """Return whether a part hides the end of a program: neither a pin nor the answer to a query shows it."""
     return sheet.role("running") is None and not sheet.acting("state")
 
 

@@ -28,7 +28,7 @@ def draw(proof: Proof, path: str, names: tuple[str, str]) -> None:
 
 
 def track(name: str, run: Played) -> Track:
-    """Return the motion of axis 1 in a run, as a track of the picture with the given name."""
+    """Return the motion of axis 1 in a run as a track of the picture; `name` is the name of the track."""
     axis = run.chip.axis(1)
     motor, motions = axis.motor, axis.motions()
     return Track(name, [Velocity(motor), Position(motor)], motions, zero=begins(run), until=run.bench.now_ps)

@@ -121,7 +121,7 @@ def record_of(bench: Bench, chip: Chip, outputs: Mapping[int, str]) -> tuple[lis
 
 
 def trace_of(part: str, happened: list[Happened], stopped: bool) -> PlayedTrace:
-    """Return the events of a part as a trace, in order of time; `stopped`: the run was cut off."""
+    """Return the events of a part as a trace, in order of time; `stopped` is True if the run was cut off."""
     order = {"input": 0, "output": 1, "move": 2, "run": 2, "delay": 3}
     in_order = sorted(happened, key=lambda each: (each.time_ps or 0, order[each.kind]))
     return PlayedTrace(f"the model of the {part}", tuple(in_order), stopped)
@@ -173,7 +173,7 @@ def made(chip: Chip) -> tuple[int, ...]:
 
 
 def moves(chip: Chip) -> list[Happened]:
-    """Return the ended motions of a part as events: a "move" if it reached its end, a "run" if it was stopped."""
+    """Return the ended motions of a part as events: "move" if the end was reached, "run" if stopped."""
     found = []
     for number in range(1, chip.sheet.axes + 1):
         axis = chip.axis(number)

@@ -1,4 +1,4 @@
-"""Reading back: parsers that run the results of the writers on paper, and share no code with the writers.
+"""Reading back: parsers that follow the text of a translated program, and share no code with the writers.
 
 "On paper" means that the statements are followed here, without the target.  Only rs274 runs a result in
 a target's own interpreter.

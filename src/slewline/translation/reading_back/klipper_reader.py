@@ -197,7 +197,7 @@ class _Klipper:
                 self._command(number, command)
 
     def _meet(self, lines: list[tuple[int, str]], name: str) -> None:
-        """If the delayed_gcode `name` repeats itself until an input has a given level, set the input to this level."""
+        """Set an input to a level if the delayed_gcode `name` repeats itself until the input has that level."""
         again = any(f"ID={name} DURATION=0.02" in line for _, line in lines)
         found = re.search(r'gcode_button input(\d+)"\]\.state == "(\w+)"', lines[0][1])
         if again and found:

@@ -18,7 +18,7 @@ class RefusedLine(Exception):
 
 
 class Enough(Exception):
-    """An exception that interrupts a program without end; the events recorded so far are its trace."""
+    """An exception that interrupts an endless program; the events recorded so far are the program's trace."""
 
 
 class Surroundings:

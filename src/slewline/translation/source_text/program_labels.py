@@ -1,4 +1,4 @@
-"""The names of the instructions to which the branches of a program, and its host, jump."""
+"""The names of the instructions to which a program's branches, or its host, jump."""
 
 from __future__ import annotations
 

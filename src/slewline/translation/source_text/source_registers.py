@@ -128,7 +128,7 @@ class KnownRegisterValues:
         return nowhere(state.items()) if self.interrupted and row.motion else frozenset(state.items())
 
     def _moved(self, row: Row, value: int, axis: int, state: dict[Key, int]) -> None:
-        """Apply a command to `state`: its effect on the position, and the end of settings for one motion only."""
+        """Apply a command to `state`: its effect on the position, and the expiry of single-motion settings."""
         here, place = state.get((axis, "position")), (axis, "position")
         if waits_for_update(row):
             state[axis, "stop"] = STOPS.index(row.at_once)

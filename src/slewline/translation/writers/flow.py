@@ -43,7 +43,7 @@ class Forever:
 
 @dataclass(frozen=True)
 class AsLongAs:
-    """A loop that runs `body`, and repeats it if all inputs have their given levels at the end of the pass."""
+    """A loop that runs `body` and repeats it while all inputs have their given levels at the end of a pass."""
 
     inputs: tuple[Input, ...]
     body: tuple[Node, ...]
@@ -147,7 +147,7 @@ def _leads_to(item: Action, label: str) -> bool:
 
 
 def _loop(inside: list[Action], back: Action, wanted: Counter[str]) -> Node:
-    """Return the loop made by the jump `back`; `inside` holds the actions from the jump's label up to the jump."""
+    """Return the loop that the jump `back` makes; `inside` lists the actions from its label up to the jump."""
     assert isinstance(back, Jump | Loop)  # noqa: S101
     wanted[back.to] -= 1
     head = inside[0].line
@@ -183,7 +183,7 @@ def _is_label(item: Action, name: str) -> bool:
 
 # -------------------------------------------------------------------------------------------------------------- pieces
 def _pieces(items: list[Action]) -> Stages:
-    """Return a program as pieces; a new one begins after each jump, and at each label that is a jump target."""
+    """Return a program's pieces: a new piece begins after each jump, and at each label that is jumped to."""
     wanted = {each.to for each in items if isinstance(each, Jump | Loop)}
     begins: list[tuple[list[Action], Action | None]] = []
     number: dict[str, int] = {}

@@ -67,7 +67,7 @@ class GrblWords:
 
 
 def grbl_pins(first: int) -> list[tuple[str, str]]:
-    """Return pairs of a wire's purpose and its pin on a grbl board; the axis is the letter `XYZ[first]`."""
+    """Return pairs: a wire's purpose, and its pin on a grbl board; `XYZ[first]` is the letter of the axis."""
     letter = LETTERS[first]
     return [
         ("step", f"pin D{2 + first}, step {letter}"),

@@ -151,7 +151,7 @@ def seconds(ps: float) -> str:
 
 
 def digits_for(steps_per_mm: float) -> int:
-    """Return the number of decimals that resolve an eighth of a step in mm; 0 if one step is exactly 1 mm."""
+    """Return the number of decimals of mm that resolve an eighth of a step; 0 if a step is exactly 1 mm."""
     return max(0, math.ceil(math.log10(steps_per_mm * 8))) if steps_per_mm != 1 else 0
 
 
@@ -232,10 +232,10 @@ class RegisterCache:
 
 
 def unspoken(sheet: Draft, action: Action, keeps: str, language: str) -> bool:
-    """Record the verdict on an action for which no language has a command; return whether it is such an action.
+    """Record the verdict on an action if no language has a command for it; return whether that is so.
 
-    Such actions are host directives, queries, stops, saving or erasing a program, special commands, and the
-    settings of a target or of an endless run, which are written as part of the motion.
+    Such actions are host directives, queries, stops, commands that save or erase a program, special
+    commands, and the settings of a target or of an endless run, which are written as part of the motion.
 
     Args:
         sheet: the record of the verdicts.

@@ -11,7 +11,7 @@ from ....core.context import ChipContext
 from ....core.wires.net import Net
 from ....core.wires.waits import edge
 from .parallel_side import EMPTY, LETTER, REST, ParallelPort
-from .serial_side import SerialSide
+from .serial_side import WAITING, SerialSide
 
 
 class InputArbiter:
@@ -24,8 +24,9 @@ class InputArbiter:
         self.program = False  # a program runs, and waits for the rest of a command
 
     def reset(self) -> None:
-        """Handle RESET: end the ownership of the chip by either side; the serial side measures its baud rate again."""
-        self.owner, self.at_work = None, False
+        """Handle RESET: end either side's ownership of the chip; the serial side measures its baud rate again."""
+        self._owned_by(None)
+        self.at_work = False
         self.port.reset()
         self.serial.restart()
         self._show()
@@ -36,7 +37,8 @@ class InputArbiter:
 
     def killed(self, powered: bool) -> None:
         """End all input in progress, and set the outputs to their idle levels or, without supply, release them."""
-        self.owner, self.at_work = None, False
+        self._owned_by(None)
+        self.at_work = False
         self.port.reset()
         self.serial.killed()
         self.port.rest(powered)
@@ -53,8 +55,11 @@ class InputArbiter:
         self._show()
 
     def _hold(self, side: ParallelPort | SerialSide | None) -> None:
-        self.owner = side
+        self._owned_by(side)
         self._show()
+
+    def _owned_by(self, side: ParallelPort | SerialSide | None) -> None:
+        self.owner, self.serial.owned, self.serial.free = side, side is self.serial, side is None
 
     # ----------------------------------------------------------------------------------------------------------- bytes
     @property
@@ -121,6 +126,7 @@ class InputArbiter:
         if not self.port.asked:
             self._hold(self.serial)
             return await self.byte()
+        self.serial.one_by_one()
         byte = await self.port.byte(running)
         if byte >= 0:
             self._hold(self.port)
@@ -142,7 +148,7 @@ class InputArbiter:
                 if byte >= 0:
                     return byte
         while not serial.buffer:
-            chip.waits("waiting for the rest of a command on RXD")
+            chip.waits(WAITING)
             chip.idle = not self.program
             await edge(serial.arrived)
             chip.idle = False

@@ -131,7 +131,7 @@ class LocalBus:
         """Wait until the host has removed its byte from the bus; return the tick at which the cycle can begin.
 
         While BUSY is low, a host keeps its byte on the bus until it raises IO_REQUEST.  While BUSY is high, no
-        host drives the bus, and there is no wait for the host.
+        host drives the bus, so there is nothing to wait for.
         """
         chip = self.chip
         if self.busy.is_active and self.request.is_active:
@@ -236,7 +236,7 @@ class MemoryRead(Leader[Exchange]):
         """The byte that was read last."""
         if self.exchange is None or not self.exchange.by_value:
             return self.sampled
-        return 0xFF if (byte := self.memory.read()) is None else byte
+        return 0xFF if (byte := self.exchange.state[2]) is None else byte  # whatever would change it withdraws first
 
     # -------------------------------------------------------------------------------------------- conditions for values
     def made(self, ends: tuple[BusEnd, ...]) -> Exchange | None:

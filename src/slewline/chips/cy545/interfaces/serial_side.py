@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from ....core.datasheet.channel import AdaptiveLine
 from ....core.time.timebase import PS_PER_S, Clock
@@ -33,6 +33,19 @@ LINE_FEED = (0, 2, 3, 4, 5, 9)
 SKEW = 0.25  # tolerance of an edge, in bits
 
 
+WAITING = "waiting for the rest of a command on RXD"
+
+
+class CommandReader(Protocol):
+    """The reader that assembles commands from the received characters."""
+
+    def kept(self, data: bytes, at: int) -> int:
+        """Return how many bytes of `data`, from index `at` on, the chip only stores; -1 if it acts on each one."""
+
+    def keep(self, data: bytes) -> None:
+        """Store bytes as counted by `kept`, in the command in progress."""
+
+
 class SerialSide:
     """RXD, TXD and CTS; `buffer` contains the waiting characters, and `arrived` changes as a character arrives."""
 
@@ -52,6 +65,8 @@ class SerialSide:
         self.clock: Clock | None = None  # of sixteen times the rate; None: not adapted
         self.edges: list[int] = []
         self.first_bit: float | None = None  # the bit of the first carriage return (ps)
+        self.owned, self.free = False, True  # this side owns the chip; no side does
+        self.reader: CommandReader
 
     @property
     def arrived(self) -> Net:
@@ -156,7 +171,7 @@ class SerialSide:
 
     # ------------------------------------------------------------------------------------------------------------- in
     def _listen_at(self, clock: Clock) -> None:
-        self.clock = clock
+        self.clock, self.frames = clock, frames_of(clock.hz, self.word, TTL)
         self.listener = self.kernel.spawn(self._listen, clock, name=f"{self.chip.name} listens")
 
     async def _listen(self, clock: Clock) -> None:
@@ -164,7 +179,36 @@ class SerialSide:
             self.watching = False
             self.rxd.unwatch(self._edge)
         self.receiver = Receiver(self.rxd, clock, self.word, TTL)
-        await self.receiver.receive(self._receive)
+        await self.receiver.receive(self._receive, self._passed, self._acts)
+
+    def _acts(self, data: bytes, at: int) -> int:
+        """Return the index in `data`, at least `at`, of the next character on which the chip acts.
+
+        While it waits for the rest of a command, it only stores characters that neither end the command nor are
+        mistakes.  It acts on the first character of a command, which decides which side owns the chip; once it
+        has that character, it has not processed it yet.
+        """
+        fresh = len(self.buffer)  # characters that the firmware takes in the next round
+        if not self.chip.idle or fresh > min(at, 1) or not (self.owned or (fresh and self.free)):
+            return at
+        return max(at - fresh + self.reader.kept(data, at - fresh), at)
+
+    def _passed(self, data: bytes) -> None:
+        """Store characters of a command that have no fault."""
+        self.reader.keep(data)
+        if self.receiver is not None:
+            self.over_ps = self.receiver.latest_ps
+            self.chip.waits(WAITING, self.receiver.latest_ps)
+
+    def one_by_one(self) -> None:
+        """Take each character when it is complete, because the other side begins a command."""
+        if self.receiver is not None:
+            self.receiver.one_by_one()
+
+    def catch_up(self) -> None:
+        """Store the characters received up to now, so that a query of the chip's state includes them."""
+        if self.receiver is not None:
+            self.receiver.catch_up()
 
     def _receive(self, character: Character) -> None:
         self.over_ps = character.end_ps
@@ -194,5 +238,5 @@ class SerialSide:
         chip = self.chip
         chip.waits("sending on TXD")
         await until(self.kernel, self.over_ps)
-        await transmit(self.txd, frames_of(self.clock.hz, self.word, TTL), message)
+        await transmit(self.txd, self.frames, message)
         chip.sync_forward()

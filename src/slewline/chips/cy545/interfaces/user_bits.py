@@ -132,13 +132,12 @@ class UserBits:
 
     def matches(self, argument: int) -> bool:
         """T, W and H: return whether the levels of the pins match an argument."""
+        kind = sheet.MATCHES.get(argument & 0xC0)
+        if kind is None:
+            bit = argument & 7
+            high = self.chip.bus.byte >> bit & 1 if argument & sheet.DATA_BUS else self.pins[bit].level != 0
+            return bool(high) is not bool(argument & sheet.CLEAR_BIT)
         operand, group = argument & FREE, self.user & FREE
-        match sheet.MATCHES.get(argument & 0xC0):
-            case "equal":
-                return group == operand
-            case "all":
-                return group & operand == operand
-            case "any":
-                return bool(group & operand)
-        word = self.chip.bus.byte if argument & sheet.DATA_BUS else self.user
-        return bool(word >> (argument & 7) & 1) is not bool(argument & sheet.CLEAR_BIT)
+        if kind == "equal":
+            return group == operand
+        return group & operand == operand if kind == "all" else bool(group & operand)

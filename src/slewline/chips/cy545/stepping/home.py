@@ -113,7 +113,7 @@ class Home(Stepping):
         return [*super().watched(), *((net, None) for net in self.bits.nets(self.argument))]
 
     async def look(self, plan: Plan, step: int) -> Plan:
-        """Show the position, then sample sensor and limit before a step; return the plan, or an empty one to stop."""
+        """Show the position, then sample the sensor and the limit before a step; return the plan (empty to stop)."""
         await self.shown()
         if self.matches is not self.inside:
             return STOP

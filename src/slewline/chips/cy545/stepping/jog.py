@@ -58,7 +58,7 @@ class Jog:
     def direction(self) -> int | None:
         """The direction selected by JOG, +1 (clockwise) or -1; None if JOG is open or a limit forbids the step.
 
-        A limit input forbids the step if it is low, and if it is the limit of the direction in which the step
+        A limit input forbids the step if it is low and is the one for the direction in which the step
         would count.  If another output pulls the CCW pin low, every step counts clockwise.
         """
         level = self.net.level

@@ -19,7 +19,7 @@ from ....core.context import ChipContext
 from ....core.time.kernel import Task
 from ....core.wires.handshake import Handshakes, HandshakeStage
 from ....core.wires.handshaken_bytes import ByteTimes, HandshakenBytes
-from ....core.wires.net import Net, Wave
+from ....core.wires.net import Level, Net, Wave
 from ....core.wires.waits import first_of, level, suspended, until
 from .family_lines import line_in, line_out
 from .readout import ReadOut
@@ -67,6 +67,7 @@ class BusPort:
         self.coming: HandshakenBytes | None = None
         self.read = self.byte = self.token = 0
         self.stage, self.awaiting, self.idle = HandshakeStage.AWAITED, False, False
+        self.completed: Level = None  # level of MOTION COMPLETE until the first of these bytes
         self.request.ends = (self,)
         self.begin()
 
@@ -183,7 +184,7 @@ class BusPort:
         chip.tick = self.busy_from = chip.tick + self.busy
         self.busy_ps = self.clock.ps(chip.tick)
         chip.waits("handling a byte")
-        if self.motion_complete.net.value != self.motion_complete.inactive_level:
+        if self.motion_complete.at(self.kernel.seen) != self.motion_complete.inactive_level:
             self.motion_complete.deactivate()
         byte: int = self.bus.byte
         return byte
@@ -204,7 +205,7 @@ class BusPort:
 
         Return the stage that the handshake of the last byte has reached.
         """
-        self.awaiting, self.stage, self.token = True, HandshakeStage.AWAITED, self.task.token
+        self.awaiting, self.stage, self.token = True, HandshakeStage.AWAITED, self.chip.task.token  # type: ignore[union-attr]
         try:
             await (level(*asked) if self.exchange is None else suspended())
         finally:
@@ -221,11 +222,9 @@ class BusPort:
         These bytes arrive together, without events for the edges of their handshakes (handshake.py).  The chip
         only stores them, except the last one, on which it acts.
         """
-        if not self.awaiting or self.token != self.task.token:  # woken, and about to continue
+        if not self.awaiting or self.token != self.chip.task.token:  # type: ignore[union-attr]  # woken, and about to continue
             return 0
         if self.select.value == 1 or self.byte_times.kept <= self.byte_times.busy:
-            return 0
-        if self.motion_complete.net.value != self.motion_complete.inactive_level:
             return 0
         ascii = self.mode.level == 1 if self.decoder.at_letter else self.ascii
         return min(self.decoder.kept(data, at, ascii) + 1, len(data) - at)
@@ -235,6 +234,10 @@ class BusPort:
         self.coming, self.read, self.idle, self.chip.idle = coming, 0, self.chip.idle, False
         if self.decoder.at_letter:
             self.ascii = self.mode.level == 1
+        complete = self.motion_complete
+        self.completed = complete.level if complete.promise is None else complete.at(self.kernel.seen)
+        if self.completed != complete.inactive_level:  # until the first byte is read
+            complete.wave(self.completed, (coming.instant(0, self.sample),), (complete.inactive_level,))
 
     def reached(self, number: int, stage: HandshakeStage) -> int | None:
         """Continue from a stage of the handshake of byte `number`; all bytes before that one have been received.
@@ -248,6 +251,8 @@ class BusPort:
         self._keep(coming, number + (stage is HandshakeStage.READ))
         self._show_handshake(coming, number, stage not in (HandshakeStage.AWAITED, HandshakeStage.REQUESTED))
         self.requested = coming.tick + number * self.byte_times.kept
+        if number == 0 and stage in (HandshakeStage.AWAITED, HandshakeStage.REQUESTED):
+            self.motion_complete.drive(self.completed)
         if stage is HandshakeStage.AWAITED:
             chip.idle = self.idle
             return None

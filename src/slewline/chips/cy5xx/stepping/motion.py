@@ -98,7 +98,7 @@ class Motion:
         return plan
 
     def stretched(self, leg: str) -> int:
-        """Return the clocks by which the step that begins now becomes longer than planned."""
+        """Return the number of clocks by which the step that begins now is longer than planned."""
         return 0
 
     @property

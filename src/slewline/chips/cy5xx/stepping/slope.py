@@ -61,7 +61,7 @@ class RegistersAtStart(NamedTuple):
         return {f"R = {self.rate}": self.crystal_hz / self.law.period(self.rate, self.factor)}
 
     def ideal(self, runs: Runs, start: int, position: int, sign: int) -> Ideal:
-        """Return the ideal course, which is the plan itself: by this law, the rate changes only from step to step.
+        """Return the ideal course, which is the plan itself: under this law, the rate changes only from step to step.
 
         Args:
             runs: the runs of the plan, each an interval in clocks and the number of steps with this interval.

@@ -19,7 +19,7 @@ from .slope import Law, RegistersAtStart
 
 
 def half_steps(inferred: Mapping[str, Any]) -> Patterns:
-    """Return the half-step patterns, each row with the levels of phases 1 to 4; full steps use every second row."""
+    """Return the half-step patterns, each a row of levels of phases 1 to 4; full steps use every second row."""
     return tuple(tuple(pattern >> bit & 1 for bit in (3, 2, 1, 0)) for pattern in inferred["phases"])
 
 

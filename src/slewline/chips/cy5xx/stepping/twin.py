@@ -101,7 +101,7 @@ class Stepwise:
         return self.plan[0] if self.plan else None
 
     def stretched(self, step: TwinStep) -> int:
-        """Return the clocks by which the step that begins now becomes longer than planned."""
+        """Return the number of clocks by which the step that begins now is longer than planned."""
         return 0
 
     async def time_out(self, end: int) -> None:

@@ -20,9 +20,9 @@ def accelerate(periods: Sequence[int], low: int, high: int, unit: int, jumps: bo
     """Return the ramp as runs, from the first step at rate `low` to the last step below rate `high`.
 
     Args:
-        periods: clocks of a step by rate parameter.
+        periods: the length of a step in clocks, by rate parameter.
         low, high: rate parameters; the ramp is empty unless low < high.
-        unit: the clocks after which the rate parameter increases by one.
+        unit: the number of clocks after which the rate parameter increases by one.
         jumps: take all units that are due when a step begins, not just one.
     """
     runs = []

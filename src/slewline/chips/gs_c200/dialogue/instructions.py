@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Awaitable, Mapping
 from typing import Protocol
 
 from ....core.context import ChipContext
@@ -25,8 +25,8 @@ class Moves(Protocol):
     moving: bool
     stopped: bool
 
-    async def move(self, number: int, sign: int, text: str) -> None:
-        """Make a move of `number` steps."""
+    def move(self, number: int, sign: int, text: str) -> Awaitable[None]:
+        """Return an awaitable that makes a move of `number` steps."""
 
     async def run(self, limit: int, sign: int, text: str, watched: Net | None) -> None:
         """Run until a command stops the motion, `watched` (an input) is low, or `limit` steps have been made."""
@@ -144,13 +144,13 @@ class Instructions:
         """R: load the length of both ramps, 1 to 999 steps."""
         self.registers.ramp = length
 
-    async def do_move(self, steps: int) -> None:
-        """+ or -: move by a number of steps."""
-        await self._move_by(steps, f"{steps:+d}")
+    def do_move(self, steps: int) -> Awaitable[None]:
+        """+ or -: return an awaitable that moves by a number of steps."""
+        return self._move_by(steps, f"{steps:+d}")
 
-    async def do_goto(self, position: int) -> None:
-        """G: move to a position."""
-        await self._move_by(position - self.counter.position, f"G{position}")
+    def do_goto(self, position: int) -> Awaitable[None]:
+        """G: return an awaitable that moves to a position."""
+        return self._move_by(position - self.counter.position, f"G{position}")
 
     async def _move_by(self, steps: int, text: str) -> None:
         if not steps or self._speeds_missing():
@@ -167,7 +167,7 @@ class Instructions:
         await self._run_endless(direction, None)
 
     async def do_controlled_velocity(self, direction: int, number: int) -> None:
-        """Handle g with a user input: run in a direction, 1 or -1, until this input, 1 to 3, is low."""
+        """Handle g with a user input: run in `direction` (1 or -1) until input `number` (1 to 3) is low."""
         await self._run_endless(direction, number)
 
     async def _run_endless(self, direction: int, number: int | None) -> None:

@@ -105,33 +105,31 @@ class Interpreter:
     # ----------------------------------------------------------------------------------------------------- execution
     async def execute(self) -> None:
         """Execute instruction after instruction, from location 0 to the end of the program."""
-        chip, program = self.chip, self.program
+        chip, kernel, program = self.chip, self.kernel, self.program
         program.begin()
-        size, starts = len(program.memory), {at: (row, values) for at, row, values in program.fetched()}
+        size = len(program.memory)
+        starts = {at: (row.form, at + row.size, values) for at, row, values in program.fetched()}
         while not program.ending:
             at = program.pc
             if at >= size:
                 if program.until is None or program.until.level == 0:
                     return
                 program.pc = 0
-                await self._instruction_time()
+                await until(kernel, kernel.now + self.instruction_ps)
                 continue
             if at not in starts:
                 chip.finding("jump-inside", f"a jump to location {at} leads into an instruction: the program stops")
                 return
-            row, values = starts[at]
+            form, following, values = starts[at]
             program.at = at
-            if chip.on_instruction:
+            if chip.on_instruction.listeners:
                 chip.on_instruction(at)
-            if chip.on_command:
+            if chip.on_command.listeners:
                 chip.on_command(self.under_way)
-            chip.waits(f"{row.form} at location {at} in progress")
-            await self._instruction_time()
-            program.pc = at + row.size
-            await self.handlers[row.form](*values)
-
-    async def _instruction_time(self) -> None:
-        await until(self.kernel, self.kernel.now + self.instruction_ps)
+            chip.waits(f"{form} at location {at} in progress")
+            await until(kernel, kernel.now + self.instruction_ps)
+            program.pc = following
+            await self.handlers[form](*values)
 
     async def perform(self, command: Command) -> None:
         """Execute one instruction outside a program (option `direct`)."""

@@ -9,14 +9,13 @@ A step that ENABLE delays is not lost: the profile waits, and then continues wit
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import cast
+from collections.abc import Awaitable, Mapping
 
 from ....core.context import ChipContext
 from ....core.motion.plan import Plan, tail
 from ....core.motion.step_views import StrobeView
-from ....core.motion.train import OPEN, Playing, StepTrain
-from ....core.wires.net import Driver, Net
+from ....core.motion.train import OPEN, Playing, StepTrain, Train
+from ....core.wires.net import Driver, Net, Wave
 from ....core.wires.waits import first_of, level, polled, until
 from .. import profile
 from .driver_lines import StepLines
@@ -52,10 +51,10 @@ class Motion:
         self.stop = Driver(self.stop_net, chip.name)  # active: decelerate to a stop
 
     # ----------------------------------------------------------------------------------------------------- motions
-    async def move(self, number: int, sign: int, text: str) -> None:
-        """Make a move of `number` steps; `sign` is 1 clockwise, -1 counter-clockwise."""
+    def move(self, number: int, sign: int, text: str) -> Awaitable[None]:
+        """Return an awaitable that makes a move of `number` steps; `sign` is 1 clockwise, -1 counter-clockwise."""
         self.number, self.limit = number, OPEN
-        await self.through(profile.move(number, *self.counter.made), sign, text)
+        return self.through(profile.move(number, *self.counter.made), sign, text)
 
     async def through(self, plan: Plan, sign: int, text: str) -> None:
         """Play a whole plan, and wait for the end of its last interval."""
@@ -154,10 +153,10 @@ class Motion:
             switch: an input that ends the motion if it is low just before a step.
         """
         lines, counter, kernel = self.lines, self.counter, self.kernel
-        self.playing = None  # no step of this plan has been played
+        playing = self.playing = None  # no step of this plan has been played
         lines.dir.drive(int(sign > 0))
         lines.mov.activate()
-        lines.ramp.activate(bool(plan.steps) and plan.leg(0).name in RAMPS)
+        lines.ramp.activate(bool(plan.steps) and plan.legs[0].name in RAMPS)
         await until(kernel, kernel.now + self.setup)
         step, fresh, stopping = 0, True, False
         while step < plan.steps:
@@ -174,55 +173,64 @@ class Motion:
                 await self.hold(not stopping)
                 fresh = True
                 continue
-            leg = plan.leg(step)
-            lines.ramp.activate(leg.name in RAMPS)
-            if fresh:
-                self.schedule(plan, step, sign)
-            step, fresh = await self.until_sample(leg.end, plan.steps, switch), False
-        if not plan.steps:
-            return kernel.now
-        return cast("Playing", self.playing).train.end(plan.steps)  # its steps have been played
+            if fresh or playing is None:
+                playing = self.schedule(plan, step, sign)
+            self.show_ramps(plan, step, playing.train)
+            step, fresh = await self.until_sample(playing, plan.steps, switch), False
+        return kernel.now if playing is None else playing.train.end(plan.steps)
 
-    def schedule(self, plan: Plan, step: int, sign: int) -> None:
-        """Promise a pulse train that begins now, with step `step` of a plan."""
+    def schedule(self, plan: Plan, step: int, sign: int) -> Playing:
+        """Promise a pulse train that begins now, with step `step` of a plan, and return it."""
         counter = self.counter
         if self.fresh:
             counter.first_step(sign, self.number, self.limit)
             self.fresh = False
         self.base = step
-        self.playing = Playing(StepTrain(self.clock, self.kernel.now, tail(plan.runs, step)))
-        counter.axis.follow(self.playing, sign, counted=not counter.homing, plan=plan, step=step)
-        self.lines.clock.play(StrobeView(self.playing, self.width))
+        runs = tail(plan.runs, step) if step else plan.runs
+        self.playing = playing = Playing(StepTrain(self.clock, self.kernel.now, runs))
+        counter.axis.follow(playing, sign, counted=not counter.homing, plan=plan, step=step)
+        self.lines.clock.play(StrobeView(playing, self.width))
+        return playing
 
-    async def until_sample(self, stop: int, steps: int, switch: Net | None) -> int:
+    def show_ramps(self, plan: Plan, step: int, train: Train) -> None:
+        """Promise the edges of RAMP from a step, which begins now, to the end of its plan."""
+        ramp, times, levels = self.lines.ramp, [], []
+        level = shown = ramp.at(self.kernel.seen)
+        for leg in plan.legs:
+            if step < leg.end and (wanted := ramp.level_when(leg.name in RAMPS)) != level:
+                times.append(train.end(leg.first - self.base))
+                levels.append(level := wanted)
+        if times and times[0] > self.kernel.now:
+            ramp.wave(shown, tuple(times), tuple(levels))
+        elif times:
+            ramp.drive(Wave(shown, tuple(times), tuple(levels)))
+
+    async def until_sample(self, playing: Playing, steps: int, switch: Net | None) -> int:
         """Wait until the next decision, while pulses are output; return the number of the step that is due then.
 
-        The decision is due at the start of step `stop`; if the plan ends before that step, it is due at the end
-        of the last pulse.  If an input changes earlier, the decision is due at the start of the first step after
-        this change.
+        The decision is due at the end of the last pulse of the plan, which has `steps` steps.  If an input changes
+        earlier, the decision is due at the start of the first step after this change.
         """
-        kernel, playing = self.kernel, cast("Playing", self.playing)
-        train, lines = playing.train, self.lines
-        last = stop >= steps
-        playing.until = None if last else train.end(stop - self.base)
-        lines.clock.renew()
-        decision = None if steps >= OPEN and last else playing.until
-        if last and steps < OPEN:
-            decision = train.end(steps - 1 - self.base) + self.width
+        kernel, train, lines = self.kernel, playing.train, self.lines
+        if playing.until is not None:  # the input has changed back
+            playing.until = None
+            lines.clock.renew()
+        decision = train.end(steps - 1 - self.base) + self.width if steps < OPEN else None
         watched: list[tuple[Net, int | None]] = [lines.enable.when_inactive]
         if not self.stop_net.is_active:
             watched.append(self.stop_net.when_active)
         if switch is not None:
             watched.append(switch.when_active)
         if await first_of(kernel, decision, *watched) is None:
-            return stop
+            return steps
         following = train.count(kernel.now)
-        if following + self.base >= stop:  # nothing begins before the decision
+        if following + self.base >= steps:  # nothing begins before the decision
             await until(kernel, decision or kernel.now)
-            return stop
+            return steps
         look = train.end(following)
         playing.until = look
         lines.clock.renew()
+        lines.ramp.drive(lines.ramp.at(kernel.now))
         await until(kernel, look)
         return self.base + following
 

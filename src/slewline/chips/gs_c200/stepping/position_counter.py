@@ -51,7 +51,7 @@ class PositionCounter:
         return self.axis.positions[-1] - self.position if steps > 0 else self.position
 
     def full(self, direction: int, stopped: bool) -> bool:
-        """Return whether an endless motion is at the end of the counter and was not stopped by a command."""
+        """Return whether an endless motion has reached the limit of the counter without being stopped by a command."""
         return self.room(direction) == 0 and not stopped
 
     # ------------------------------------------------------------------------------------------------------ a motion

@@ -70,7 +70,7 @@ class ProfileGenerator:
 
     # ---------------------------------------------------------------------------------------------------- begin and end
     def set_out(self, distance: int) -> None:
-        """Begin a motion in the present profile mode, or give a motion in progress the aim that this mode has.
+        """Begin a motion in the present profile mode, or change the aim of a motion in progress to that of the mode.
 
         `distance`, the signed distance to the destination, is used for an S-curve only.
         """
@@ -136,7 +136,7 @@ class ProfileGenerator:
             self.schedule(n, *planned)
 
     def plan(self, n: int) -> tuple[Law, CycleRun] | None:
-        """Return the law and the cycles of the next run, to begin with cycle `n`; None if the motion is over."""
+        """Return the law and the cycles of the next run, which begins with cycle `n`; None if the motion is over."""
         state, pulses = self.state, self.pulses
         if self.aim == "curve":
             if pulses.law is not None:

@@ -1,4 +1,4 @@
-"""A lazy reader of a wire, which reads past edges on demand from the promises of the wire's drivers.
+"""A lazy reader of a wire: on demand, it obtains past edges from the promises of the wire's drivers.
 
 A promise contains a driver's future edges.  A chip that samples an input only occasionally need not
 process every edge: a query reads the edges since the last query from the promises, and just before a

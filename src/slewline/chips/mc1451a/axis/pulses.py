@@ -160,7 +160,7 @@ class Pulses:
     def soon(self, what: Callable[[], object]) -> None:
         """Call a function in the next round of this instant, after the last edges of the previous run's pulses.
 
-        Several functions are called in the order of the requests.
+        Several functions are called in the order in which they were requested.
         """
         if not self.waiting:
             self.kernel.call_at(self.kernel.now, self._do)
@@ -183,7 +183,7 @@ class Pulses:
         self.pulse.play(SquareView(self.playing, self.high))
 
     def declare(self, n: int, value: int) -> None:
-        """Set the target to `value` whole steps, from now on; the pulses of cycle `n`, now in progress, continue."""
+        """Set the target to `value` whole steps immediately; the pulses of cycle `n`, now in progress, continue."""
         state, law = self.state, self.law
         state.target = value * ONE
         self.turn = self.rounds = 0

@@ -35,7 +35,7 @@ class LimitSwitches:
         return self.registers.limits_on and bool(self.state.events & (POSITIVE_LIMIT | NEGATIVE_LIMIT))
 
     def tripped(self) -> int:
-        """If a switch has become active and so stops the axis, set and return its event bit; otherwise return 0.
+        """Set and return the event bit of a switch that has become active and so stops the axis, or return 0.
 
         A switch cannot trip while the other switch's event bit is set, or while the other has tripped and is
         active.

@@ -5,12 +5,12 @@
                  | 3 choose the displacement up to T_n+1        |      position    x(T_n)  ____----  x(T_n+1)
                  | 4 pulses    5 encoder   6 breakpoint         |      moves evenly from T_n to T_n+1
 
-The displacements of the cycles often follow one law for thousands of cycles: a run.  While a run lasts
-and no input changes, there is no decision to make, so no cycle is processed; `due` is the next cycle
-that must be processed.  `sync` sets the registers in between.  The slow twin (twin/) processes every
-cycle; its results must be the same.
+The displacements often follow one law for thousands of cycles; such a series of cycles is a run.  While
+a run lasts and no input changes, there is no decision to make, so no cycle is processed; `due` is the
+next cycle that must be processed.  `sync` sets the registers in between.  The slow twin (twin/)
+processes every cycle; its results must be the same.
 
-Each object knows only those above it in this picture:
+Each object refers only to those above it in this picture:
 
     LimitSwitches   Pulses      the active switches; the run, and its promised pulses
       Feedback                  the position from the encoder

@@ -117,7 +117,7 @@ class Updates:
             self.generator.fresh = self.state.in_motion
 
     def declare(self, n: int, position: int) -> None:
-        """Set target and actual position to `position`, and the error to 0, from now on; cycle n's pulses continue."""
+        """Set target and actual position to `position`, and the error to 0, immediately; cycle n's pulses continue."""
         self.generator.fresh |= self.pulses.law is not None
         self.pulses.declare(n, position)
         self.feedback.declare(n, position)
@@ -125,8 +125,8 @@ class Updates:
     def copy(self, new: Profile) -> None:
         """Copy the buffer to the active registers; changing a register that is fixed in motion is a command error.
 
-        After this error only the destination is copied.  Refused values wait in the buffer for an update at
-        rest, without a second error (manual, command errors).
+        After this error only the destination is copied.  Refused values wait in the buffer for an update that
+        comes when the axis is at rest, without a second error (manual, command errors).
         """
         state = self.state
         old = state.active

@@ -19,7 +19,7 @@ from ..profiles.s_curves import PLACES, SCurve
 
 
 def fault_of_run(law: Law, run: CycleRun, limits: MoveLimits, before: int, remaining: int) -> str:
-    """Return a text that states the fault of a run with a constant change of speed; "" for none.
+    """Return a description of the fault in a run with a constant change of speed; "" if there is none.
 
     Args:
         before: the speed of the previous cycle, 1/65536 step per cycle, in the direction of the run.
@@ -41,7 +41,7 @@ def fault_of_run(law: Law, run: CycleRun, limits: MoveLimits, before: int, remai
 
 
 def fault_of_curve(law: SCurve, run: CycleRun, curve: Phases, before: int) -> str:
-    """Return a text that states the fault of a run that follows an S-curve up to its end; "" for none.
+    """Return a description of the fault in a run that follows a whole S-curve; "" if there is none.
 
     `curve` is the whole S-curve; the other arguments are those of `fault_of_run`.
     """

@@ -141,7 +141,7 @@ def holds(same: Callable[[int], bool], guess: int) -> int:
 
 
 def brake(limits: MoveLimits, speed: int, floor: int = 0) -> CycleRun:
-    """Return the next run of a deceleration to the speed `floor`; if at rest, return a run at speed 0.
+    """Return the next run of a deceleration to the speed `floor`; if the axis is at rest, a run at speed 0.
 
     If `floor` is 0, the speed falls to s first, and then to zero.
     """

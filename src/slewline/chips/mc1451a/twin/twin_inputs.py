@@ -75,7 +75,7 @@ class TwinEncoder:
         self.fast = False  # until a state lasts twice the minimum
 
     def counts(self, tick: int) -> int:
-        """Return the net number of counts, with its sign, since the last call, up to but excluding a tick."""
+        """Return the signed net number of counts since the last call, up to but excluding a tick."""
         if self.state is None:
             if self.chip.kernel.now == self.a.begun:
                 return 0

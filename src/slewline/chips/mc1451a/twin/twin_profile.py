@@ -46,7 +46,7 @@ def braked(speed: int, acceleration: int, start: int) -> int:
 def trapezoid(speed: int, room: int, most: int, acceleration: int, start: int) -> tuple[int, bool]:
     """Return the speed of the next cycle of a move, and whether the axis reaches the destination in that cycle.
 
-    The speed is the highest from which the axis can stop in time; an axis that is too fast decelerates.
+    The speed is the highest from which the axis can stop in time; an axis that is already faster decelerates.
     """
     step = max(acceleration, start)
     if 0 <= room <= min(max(most, speed - acceleration), step) and speed <= room + step:
@@ -83,10 +83,10 @@ def finest(holds: Callable[[Fraction], bool]) -> Fraction:
 def phase_times(d: int, v: int, a: int, j: Fraction) -> tuple[Fraction, Fraction, Fraction]:
     """Return the durations of an S-curve's phases 1, 2 and 4, in cycles, rounded up to a multiple of 1/FINE.
 
-    The curve has the distance `d`, and at most the velocity `v`, the acceleration `a` and the jerk `j`.  In
-    the continuous curve, phase 1 lasts a/j, and phases 1 and 2 together last v/a; if `a` is not reached,
-    phase 1 lasts sqrt(v/j), and phase 2 is omitted.  Phase 4 covers the rest of `d` at `v`; if `v` is not
-    reached, phase 4 is omitted, and `d` limits the velocity.
+    The curve covers the distance `d` without exceeding the velocity `v`, the acceleration `a` or the jerk
+    `j`.  In the continuous curve, phase 1 lasts a/j, and phases 1 and 2 together last v/a; if `a` is not
+    reached, phase 1 lasts sqrt(v/j), and phase 2 is omitted.  Phase 4 covers the rest of `d` at `v`; if `v`
+    is not reached, phase 4 is omitted, and `d` limits the velocity.
     """
     if v * j >= a * a:
         t1, gaining = fine(a / j), fine(Fraction(v, a))

@@ -4,20 +4,22 @@ r"""The UART of a host whose chip detects the rate: two carriage returns first, 
     rxd  <----- P=00000000\r txd
     cts  <------------------ the part's flow pin       low: the next character may begin
 
-The host obeys CTS while, according to the mode commands that the host itself has sent, the part uses its
-flow pin; a setting makes the host always obey CTS, or ignore it.
+The host obeys CTS while the part uses its flow pin, as far as the mode commands that the host has sent
+show; a setting makes the host always obey CTS, or ignore it.
 """
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING, NamedTuple
 
 from ....core.datasheet.channel import AdaptiveLine
+from ....core.wires.characters import Characters, FrameTable
 from ....core.wires.receiver import Character
 from ....core.wires.serial import TTL, CharacterFormat, LineSetting
 from ....core.wires.waits import edge, first_of, until
 from ...base.written_data import as_bytes
-from ...lines.host_uart import POWER_UP_PS, SILENCE_PS, HostUart
+from ...lines.host_uart import BURST, POWER_UP_PS, SILENCE_PS, HostUart
 from .shadow import FlowControl, Shadow
 
 if TYPE_CHECKING:
@@ -25,6 +27,7 @@ if TYPE_CHECKING:
     from ..connection import Connection
 
 USUAL_BAUD = 9600
+LINES = re.compile(rb"[^\r]*\r|[^\r]+")
 RETURNS = b"\r\r"  # from which the chip detects the rate
 RESET_PS = 20 * 10**9  # pause of a host after a reset; a reset begins when the supply comes up
 
@@ -41,14 +44,16 @@ class Found(NamedTuple):
 
 
 class AdaptiveUart(HostUart):
-    """A UART that obeys CTS, and first sends two carriage returns while the chip does not know the rate.
+    """A UART that obeys CTS, and first sends two carriage returns if the chip has yet to detect the rate.
 
     Args:
         baud: the rate of the UART; None: 9600.
         strapped: the fixed rate of the chip; None: the chip detects the rate.
     """
 
-    burst = 1  # each character checks CTS
+    longest = BURST  # characters sent as one line; the twin sends each by itself
+    begun: tuple[int, FrameTable] | None = None  # when the line being sent has begun (ps), and its format
+    recorded = 0  # the number of its characters that are recorded as sent
 
     def __init__(self, part: Part, chip: Connection, baud: int | None, strapped: int | None) -> None:
         sheet = chip.sheet
@@ -56,6 +61,7 @@ class AdaptiveUart(HostUart):
         self.chip, self.port, self.strapped = chip.name, channel, strapped
         super().__init__(part, LineSetting(USUAL_BAUD if baud is None else baud, self._word), TTL)
         self.cts = part.add_pin("cts", "in", "low: clear to send", pull=1).net
+        self.cts.watch(lambda _net: self.cut())
         self.shadow = Shadow(sheet, self._lost)  # as characters are queued
         self.gone = Shadow(sheet)
         self.control = FlowControl(chip, channel, self.name, self.gone)
@@ -72,6 +78,7 @@ class AdaptiveUart(HostUart):
     # --------------------------------------------------------------------------------------------- state of the chip
     def switched_on(self) -> None:
         """Record that the chip restarts at this instant."""
+        self.cut()
         self.shadow.reset()
         self.gone.reset()
         self.adapted, self.returns, self.far.compared = False, 0, False
@@ -108,12 +115,71 @@ class AdaptiveUart(HostUart):
         await until(self.kernel, self.listens_ps)
         while self.waits_for_rate:
             await first_of(self.kernel, None, (self.cts, 0), (self.news.net, None))
+        if not self.gone.ascii or self.listens_ps > self.kernel.now:  # a byte may end a command; the chip has restarted
+            self._split(1)
+        self.begun = self.kernel.now, self.frames
 
     def after_burst(self, data: bytes) -> None:
         """Record the characters sent."""
-        for byte in data:
-            self.gone.feed(byte)
+        self.gone.take(data[self.recorded :])
+        self.begun, self.recorded = None, 0
         self.news.set()
+
+    def bursts(self, data: bytes, fault: str) -> list[bytes]:
+        """Return the parts of `data` between which nothing can affect how they are sent: each command."""
+        length = 1 if fault or not data.isascii() else self.longest
+        return [line[at : at + length] for line in LINES.findall(data) for at in range(0, len(line), length)]
+
+    def _split(self, number: int) -> None:
+        """Make a separate line of the first `number` characters of the next line, or of the line being sent."""
+        data, fault = self.outgoing[0]
+        if number < len(data):
+            self.outgoing[0] = data[number:], fault
+            self.outgoing.appendleft((data[:number], fault))
+
+    @property
+    def _complete(self) -> int:
+        """The number of characters of the line being sent that are complete, its last one excepted."""
+        if self.begun is None:
+            return 0
+        start, frames = self.begun
+        return min((self.kernel.seen - start) // frames.length, len(self.outgoing[0][0]) - 1)
+
+    def cut(self) -> None:
+        """End the line being sent after the present character, because something may change how the rest is sent."""
+        if self.begun is None or self.sender is None:
+            return
+        complete = self._complete
+        self.gone.take(self.outgoing[0][0][self.recorded : complete])
+        self.recorded = complete
+        if complete + 1 < len(self.outgoing[0][0]):
+            self._split(complete + 1)
+            start, frames = self.begun
+            line = Characters(frames, self.outgoing[0][0], start)
+            self.driver.drive(line)
+            self.kernel.wake_at(line.end, self.sender)
+            self.kernel.settle()
+
+    def drop(self, verb: str) -> None:
+        """Drop the queued characters, except the one being sent; this call is recorded as the part's input `verb`."""
+        self.cut()
+        if self.begun is None and self.outgoing:
+            self._split(1)
+        super().drop(verb)
+
+    def space(self, on: bool) -> None:
+        """Begin (True) or end (False) a break, within which a queued character may begin; recorded as an input."""
+        self.cut()
+        super().space(on)
+
+    def set_line(self, baud: int | str, word: CharacterFormat) -> None:
+        self.cut()
+        super().set_line(baud, word)
+
+    @property
+    def backlog(self) -> int:
+        """Number of characters not yet sent, including the one being sent."""
+        return super().backlog - self._complete
 
     def acts(self, data: bytes, at: int) -> int:
         return data.find(b"\r", at)
@@ -171,6 +237,7 @@ class AdaptiveUart(HostUart):
     def rest(self) -> None:
         """Drop all queued characters, and set the line to mark."""
         super().rest()
+        self.begun, self.recorded = None, 0
         self.shadow.decoder.reset()
         self.gone.decoder.reset()
 

@@ -12,8 +12,8 @@ The handshake without a byte, before a command, is the empty handshake.  A part 
 running needs it; a part that runs no program ignores it.  A host that finds FPL low during the empty
 handshake reads the message first (ch. 16, Immediate Commands).  A host that already has its command
 letter on the bus also reads the message first: it releases the bus, since the part may be answering
-a command from its serial line.  The host obeys FPL while, according to the mode commands that the host
-itself has sent, the part uses FPL; a setting makes the host always obey FPL, or ignore it.
+a command from its serial line.  The host obeys FPL while the part uses it, as far as the mode commands that
+the host has sent show; a setting makes the host always obey FPL, or ignore it.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class FlowPort:
 
     Args:
         host: the host, which reports the port's findings.
-        queue: the host's request queue; the port sends within its requests.
+        queue: the host's request queue, whose requests send bytes through the port.
         delay_ps: the time that the host's program takes before each byte, ps.
     """
 
@@ -109,7 +109,7 @@ class FlowPort:
         return self.sent
 
     def catch_up(self) -> None:
-        """Record the bytes that an exchange under way has sent so far; to be called before their number is queried."""
+        """Record the bytes that an exchange under way has sent so far; call this before querying their number."""
         if (exchange := self.bytes.exchange) is not None and exchange.in_flight:
             self.queue.begun = True
             self.bytes.feed(exchange.in_flight)

@@ -33,8 +33,8 @@ class CommandPort:
 
     Args:
         chip: the connection to the chip.
-        queue: the host's request queue; the port is used within its requests.
-        received: receives the bytes read out; all ports of the host share it.
+        queue: the host's request queue, whose requests use the port.
+        received: the array to which bytes read out are appended; all ports of the host share it.
         delay_ps: the time that the host's program takes before each byte, ps.
     """
 
@@ -75,7 +75,7 @@ class CommandPort:
         return self.sent + (0 if exchange is None else exchange.in_flight)
 
     def awaits(self, _number: int, low: bool) -> tuple[tuple[Net, int], ...]:
-        """Return READY and the level for which the port waits: low if I/O REQUEST is low (`low`), otherwise high."""
+        """Return the READY net and the awaited level: low if I/O REQUEST is low (`low`), otherwise high."""
         return ((self.ready, 0 if low else 1),)
 
     def rest(self) -> None:
@@ -136,6 +136,8 @@ class CommandPort:
         at, exchange = 0, None if self.delay_ps else self.bytes.possible()
         while at < len(data):
             if exchange is None or not exchange.opened:
+                if exchange is not None and exchange.by_value:
+                    await exchange.reopened()
                 if ready.level != 1:
                     await level(ready, 1)
                 if self.delay_ps:

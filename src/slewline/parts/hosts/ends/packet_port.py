@@ -121,8 +121,10 @@ class PacketPort:
 
     async def write(self, data: bytes, command: bool, how: Strobes) -> None:
         """Write a command byte (if `command`) or the bytes of a word, as one operation with the strobe times `how`."""
-        if self.delay_ps or self.host_ready.level != 1:
-            await self._begin(how)
+        if how.ready and self.host_ready.level != 1:
+            await level(self.host_ready, 1)
+        if self.delay_ps:
+            await until(self.kernel, self.kernel.now + self.delay_ps)
         strobed = Strobed(self.kernel.now, len(data), how)
         if how == USUAL and self.operation.begin(strobed, data, command):
             await self.operation.take_place()
@@ -132,8 +134,10 @@ class PacketPort:
 
     async def read(self, number: int, how: Strobes) -> bytes:
         """Read and return `number` bytes as one operation, each byte at the end of its strobe."""
-        if self.delay_ps or self.host_ready.level != 1:
-            await self._begin(how)
+        if how.ready and self.host_ready.level != 1:
+            await level(self.host_ready, 1)
+        if self.delay_ps:
+            await until(self.kernel, self.kernel.now + self.delay_ps)
         strobed = Strobed(self.kernel.now, number, how)
         if how == USUAL and self.operation.begin(strobed, None):
             return await self.operation.take_place()
@@ -144,12 +148,6 @@ class PacketPort:
             data.append(self.bus.net.byte)  # type: ignore[attr-defined]
         await until(self.kernel, strobed.end)
         return bytes(data)
-
-    async def _begin(self, how: Strobes) -> None:
-        if how.ready:
-            await level(self.host_ready, 1)
-        if self.delay_ps:
-            await until(self.kernel, self.kernel.now + self.delay_ps)
 
     def note_update(self, code: int) -> None:
         """Record the instant at which an accepted update takes effect, or that a buffered command awaits an update."""
@@ -189,15 +187,24 @@ class PacketPort:
         """
         if axis not in (UNKNOWN, self.axis):
             await self.exchange(packet_of(packets.row(self.sheet, f"SET_{axis}")))
-        await self.ready()
+        ready = self.host_ready
+        if ready.level != 1:
+            await level(ready, 1)
         self.queue.begun = True
         await self.write(bytes([packet.code]), True, USUAL)
         for word in packet.words:
             await self.write(word.to_bytes(2, "big"), False, USUAL)
-        found = tuple([int.from_bytes(await self.take(2, USUAL), "big") for _ in range(packet.reads)])
+        words, checksum = [], None
+        for _ in range(packet.reads):
+            words.append(int.from_bytes(await self.read(2, USUAL), "big"))
+            self.received.append(words[-1])
+        found = tuple(words)
         self.note_axis(packet.code, found)
-        checksum = int.from_bytes(await self.take(2, USUAL), "big") if packet.checked else None
-        await self.ready()
+        if packet.checked:
+            checksum = int.from_bytes(await self.read(2, USUAL), "big")
+            self.received.append(checksum)
+        if ready.level != 1:
+            await level(ready, 1)
         self.note_update(packet.code)
         if checksum is not None:
             self._check(packet, found, checksum)
@@ -230,7 +237,8 @@ class PacketPort:
         after that cycle.  `every_ps` is the pause between two polls.
 
         Raises:
-            Timeout: `never`, called after each poll, was True twice in a row: the level can no longer occur.
+            Timeout: `never`, which is called after each poll, returned True twice in a row, so the level can no
+                longer occur.
         """
         field, wanted = packets.status_bit(self.sheet, bit.removeprefix("!")), not bit.startswith("!")
         question = packet_of(packets.row(self.sheet, "GET_STATUS"))

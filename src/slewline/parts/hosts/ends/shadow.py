@@ -1,8 +1,8 @@
-"""Shadow registers: a part's registers (such as its mode) as a host knows them from the bytes it has sent.
+"""Shadow registers: a part's registers (such as its mode), as a host infers them from the bytes sent.
 
 A part that stores programs exactly as it receives them has no pin that shows its mode, so the host keeps
-track of the mode.  The host sees neither commands that reach the part over its other channel (bus or
-serial line), nor the effects of a program stored in the part.
+track of the mode.  The host is unaware of commands that reach the part over its other channel (bus
+or serial line), and of the effects of a program stored in the part.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ MODE, RESET = "MODE", "INITIALIZE"  # the commands that a host remembers
 
 
 class Shadow:
-    """A tracker of the bytes sent to a part; `mode` is the part's mode register, as far as the host knows."""
+    """A tracker of the bytes sent to a part; `mode` is the part's mode register, as inferred by the host."""
 
     def __init__(self, sheet: Sheet, on_reset: Callable[[], object] = lambda: None) -> None:
         self.sheet, self.dialect, self.on_reset = sheet, spoken_as(sheet, Verbatim), on_reset
@@ -175,7 +175,7 @@ class FlowControl:
         part.kernel.settle()
 
     def why_silent(self) -> str:
-        """Return a possible reason for a missing answer, and the remedy; "" if the host knows of no reason."""
+        """Return a possible reason for a missing answer, and the remedy; "" if the host can find no reason."""
         sheet, mode = self.sheet, self.gone.mode
         mask, here = self.channel.answers
         bus = sheet.channel(FlowBus)

@@ -206,5 +206,5 @@ def straps_of(chip: Connection) -> Straps:
         UsageError: the chip has no straps, so it is not a module for a serial line.
     """
     if chip.straps is None:
-        raise UsageError(f"{chip.name}: has no straps; a host on a serial line needs a chip with a SerialLine")
+        raise UsageError(f"{chip.name} has no straps; a host on a serial line needs a chip with a SerialLine")
     return chip.straps
