@@ -455,7 +455,7 @@ def test_every_event_matches_the_schema(serve, client, tmp_path):
         event = json.loads(watcher.read(b"\n"))
         checker(f"{event['event']}_event")(event)
         if event["event"] == "stopped" and "stopped" not in found:
-            ask("back", time="1 ms")
+            assert ask("back", time="1 ms")["branch"] == 1
         found[event["event"]] = event
     assert found["stopped"]["why"] == "gs_c200s: E2"
     assert found["branch"]["branch"] == 1

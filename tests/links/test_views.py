@@ -175,3 +175,27 @@ def test_no_view_after_a_stop_is_older_than_it(client, monkeypatch):
         later = ask.answer()
         assert later["event"] == "view" and later["view"]["chips"]["x"]["levels"]["abort"] == 0
         assert later["view"]["pace"]["paused"] is True
+
+
+@pytest.mark.parametrize("event", ["stopped", "branch"])
+def test_no_dialogue_before_a_stop_or_a_branch_is_lost(client, event):
+    """The dialogue is checked at intervals; a stop or a switch to a branch between two of them sends it first."""
+    bench = slewline.Bench()
+    bench.add("cy525", name="x")
+    server = Server(bench, Paced(bench))
+    port = server.control("127.0.0.1:0")
+    with Threaded(server) as threaded:
+        ask = Asks(client(port.where))
+        ask("subscribe", every="1000 s")
+
+        def leave():
+            bench.chips["x"].finding("parity", "one bit is wrong")
+            if event == "stopped":
+                server.breakpoints.stopped("a breakpoint")
+            for one in port.clients:
+                one.divert("", {"event": "branch", "branch": 0})
+
+        threaded.do(leave)
+        said, later = ask.answer(), ask.answer()
+        assert said["event"] == "said" and [entry["kind"] for entry in said["entries"]] == ["finding"]
+        assert later["event"] == event

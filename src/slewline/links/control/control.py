@@ -279,15 +279,18 @@ class Client:
         self.server.loop.after(self.every_s, partial(self.notify, watching))
         if self.stream.outgoing or self.beyond is not None:
             return
-        dialogue = self.server.dialogue
-        touched, number, sent_s = self.sent
-        if dialogue.touched != touched:
-            entries = [*dialogue.changed(touched, number)][::-1]
-            self.event({"event": "said", "entries": entries})
-            self.sent = dialogue.touched, dialogue.number, sent_s
+        self.send_dialogue()
         if self.gathering is None:
             self.gathering, self.changed = self.server.views.pieces(), {}
             self.gather()
+
+    def send_dialogue(self) -> None:
+        """Send the entries of the dialogue that are new or have changed."""
+        dialogue = self.server.dialogue
+        touched, number, sent_s = self.sent
+        if dialogue.touched != touched:
+            self.sent = dialogue.touched, dialogue.number, sent_s
+            self.event({"event": "said", "entries": [*dialogue.changed(touched, number)][::-1]})
 
     def gather(self) -> None:
         """Search the view for changes, in several loop turns so as not to delay a module's answer; then send them."""
@@ -329,11 +332,13 @@ class Client:
                 self.beyond = Beyond(self, where)
 
     def event(self, found: Data) -> None:
-        """Send an event, if the client has subscribed; before a stop, send the older changes already found.
+        """Send an event, if the client has subscribed; before a stop or a branch, send what is older.
 
         The search for changes begins again after a stop, so that the next view includes the pause.
         """
         if self.every_s and self.stream.open:
+            if found["event"] in ("stopped", "branch"):
+                self.send_dialogue()
             if found["event"] == "stopped" and self.gathering is not None:
                 self.gathering = None
                 if self.changed:
