@@ -332,7 +332,7 @@ class Client:
                 self.beyond = Beyond(self, where)
 
     def event(self, found: Data) -> None:
-        """Send an event, if the client has subscribed; before a stop or a branch, send what is older.
+        """Send an event, if the client has subscribed; before a stop or a branch, send the older changes.
 
         The search for changes begins again after a stop, so that the next view includes the pause.
         """
