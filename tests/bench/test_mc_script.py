@@ -262,8 +262,8 @@ def test_a_part_can_receive_a_message(tmp_path):
         ("@tell motor block", "the bench has no part 'motor'; available: shaft, host"),
         ("@tell shaft turn 5", "tell shaft 'turn'; allowed 'block', 'free', 'slip', 'push'"),
         ("@tell host wait", "tell host 'wait'; a script cannot operate this part"),
-        ("@tell shaft slip five", "'shaft slip five' is not understood"),
-        ("@tell shaft", "'shaft' is not understood"),
+        ("@tell shaft slip five", "'shaft slip five'; expected PART VERB or PART VERB NUMBER"),
+        ("@tell shaft", "'shaft'; expected PART VERB"),
     ],
 )
 def test_commands_unknown_to_every_part_are_refused_before_anything_is_sent(line, found):

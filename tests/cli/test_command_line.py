@@ -295,7 +295,7 @@ BAD = {  # what is called: (exit status, what the message holds: place, and reme
         2,
         "umlaut.cy525, line 2, column 3: '\u00e4' at character 3 is not printable ASCII; @bytes",
     ),
-    "run directive.cy525": (2, "directive.cy525, line 2, column 2: no directive @wiat; there are @wait @until"),
+    "run directive.cy525": (2, "directive.cy525, line 2, column 2: no directive @wiat; available: @wait @until"),
     "run good.txt": (2, "good.txt: no chip given; give --chip cy525, or a file name ending in .cy525"),
     "run good.txt --chip|cy999": (2, "no chip 'cy999'; available: cy525"),
     "run good.cy525 --chip|cy999": (2, "no chip 'cy999'; available: cy525"),

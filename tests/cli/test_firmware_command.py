@@ -153,10 +153,10 @@ def test_the_dialogue_can_be_saved(call) -> None:
     ("words", "says"),
     [
         (("gs-c200s", "--move"), "--move: allowed only with --check PORT"),
-        (("--check", "p"), "name the firmware that the board has"),
+        (("--check", "p"), "name the firmware on the board"),
         (("uno", "--check", "p"), "uno does not replace a module"),
         (("gs-c200s", "--check", "p", "-o", "x.uf2"), "does not write firmware"),
-        (("gs-c200s", "--check", "p", "--move"), "--move: a program moves the motor"),
+        (("gs-c200s", "--check", "p", "--move"), "--move: the motor is moved by a program"),
         (("gs-c200", "--check", "p", "--replace"), "ends program entry only with E"),
     ],
 )

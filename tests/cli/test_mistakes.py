@@ -112,7 +112,7 @@ MISTAKES = [  # the line, the end of the answer
     ("run p.cy525 --vcd o.vcd --pins step,direction", "motion_complete, wait, io_select; did you mean pulse?"),
     ("panel --no-browser --attach http://127.0.0.1:4002", "this machine, such as 4001 (0: any free port)"),
     ("panel cy525 gs-c200s --no-browser", "Got unexpected extra argument (gs-c200s)"),
-    ("serve cy525 --tcp 0 --token a-long-token", "give --control HOST:PORT, too, or leave out --token"),
+    ("serve cy525 --tcp 0 --token a-long-token", "add --control HOST:PORT, or leave out --token"),
     (
         "epics x --chip gs-c200s --record m --resolution 0.005mm S=10",
         "'0.005mm': write 0.005, and --units mm",
@@ -140,8 +140,8 @@ MISTAKES = [  # the line, the end of the answer
         "ramp cy525 F=3 R=80 S=200 --distance 1,000",
         "such as 400; most motors have 200 per revolution; write 1000, with no sign",
     ),
-    ("ramp cy525 F = 3 R = 80", "NAME=VALUE without blanks; separate parameters by blanks; write F=3 R=80"),
-    ("ramp cy525 F=3,R=80,S=200", "NAME=VALUE without blanks; separate parameters by blanks; write F=3 R=80 S=200"),
+    ("ramp cy525 F = 3 R = 80", "NAME=VALUE without spaces; separate parameters with spaces; write F=3 R=80"),
+    ("ramp cy525 F=3,R=80,S=200", "NAME=VALUE without spaces; separate parameters with spaces; write F=3 R=80 S=200"),
     (
         "ramp cy525 F=3 R=6,000steps/s S=200",
         "R '6,000steps/s'; write 6000steps/s, with no sign between the digits; in a list",

@@ -119,9 +119,9 @@ def test_attached_to_a_wrong_port_or_without_its_token(call):
             line, control = (process.stdout.readline().strip().rpartition(" ")[2] for _ in range(2))
             for where, more, says in (
                 (line.removeprefix("socket://"), (), "no control port answers there; use the address that slewline"),
-                (control, (), "must have the token of this server"),
+                (control, (), "must include the token of this server"),
                 (control, (), "give it with --token, or in the environment, SLEWLINE_TOKEN"),
-                (control, ("--token", "another token"), "must have the token of this server"),
+                (control, ("--token", "another token"), "must include the token of this server"),
             ):
                 ran = call("panel", "--no-browser", "--attach", where, *more)
                 assert ran.status == 2

@@ -65,7 +65,7 @@ def test_the_questions_and_the_line_that_stands_for_them():
     terminal.answer("Steps of the move, from rest to rest [500]: ", "0\n")
     terminal.answer("Steps of the move, from rest to rest [500]: ", "40\n")
     status = terminal.ended()
-    assert "'24 volt' is not understood" in terminal.said and "1 or more" in terminal.said
+    assert "'24 volt' is not recognised" in terminal.said and "1 or more" in terminal.said
     line = terminal.said.partition("The same without questions:\n")[2].splitlines()[0]
     assert shlex.split(line) == [
         *("slewline", "tune", "cy525", "--grid", QUICK, "--no-switching", "--motor", "17HS19-2004S1"),

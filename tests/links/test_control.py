@@ -81,7 +81,7 @@ def test_an_unmet_condition_is_reported_at_the_time_limit(stand):
     resting, at = "no command or program is in progress", before + 3 * 10**12
     assert ask("until", pin="x.mov", level=1, timeout="3 s") == {"met": False, "why": resting, "time_ps": at}
     nowhere = ask("until", chip="x", address=50, timeout="1 s")
-    assert nowhere["met"] is False and nowhere["why"] == f"where none begins: no program is stored; {resting}"
+    assert nowhere["met"] is False and nowhere["why"] == f"where no instruction begins: no program is stored; {resting}"
     assert (
         "x: instruction at 500; allowed 0..118, the addresses of a program"
         in ask("until", chip="x", address=500)["error"]
@@ -314,7 +314,7 @@ def test_clients_without_the_token_are_disconnected_and_nothing_is_done(guarded,
     lines = [{"do": "drive", "pin": "x.ui1", "level": 0} | token] * 2 + [{"do": "quit", "token": TOKEN}]
     ask.client.send("".join(json.dumps(line) + "\n" for line in lines).encode())
     replies = ask.client.read(end=b"").splitlines()
-    assert len(replies) == 1 and "must have the token" in json.loads(replies[0])["error"]
+    assert len(replies) == 1 and "must include the token" in json.loads(replies[0])["error"]
     assert guarded()("read", pins=["x.ui1"], token=TOKEN)["levels"] == {"x.ui1": 1}
 
 

@@ -90,7 +90,7 @@ def test_a_token():
     async def main():
         async with served("a long token") as (client, where):
             assert (await client.request("read", pins=[]))["levels"] == {}
-            with pytest.raises(UsageError, match="must have the token"):
+            with pytest.raises(UsageError, match="must include the token"):
                 await ControlClient.connect(where, "another token")
 
     asyncio.run(main())

@@ -41,7 +41,7 @@ def test_switches_are_turned_within_their_digits() -> None:
     part.turn(7)
     assert part.value == "007"
     for wrong in (1000, -1, True, "7"):
-        with pytest.raises(UsageError, match=f"p: turn to {wrong!r}; allowed 0 to 999, a digit for each switch"):
+        with pytest.raises(UsageError, match=f"p: turn to {wrong!r}; allowed 0 to 999, one digit per switch"):
             part.turn(wrong)
 
 

@@ -85,5 +85,5 @@ def test_ramp_of_sampled_instants():
 
 
 def test_ramp_needs_steps():
-    with pytest.raises(UsageError, match="two steps or more, not 1"):
+    with pytest.raises(UsageError, match="at least two steps; found 1"):
         ramp(at(5))

@@ -220,7 +220,7 @@ def test_spikes_move_no_threshold(tmp_path, volts, high, spike):
 
 
 def test_an_invalid_table_is_read_as_vcd(tmp_path):
-    for data, says in ((b"", "is empty"), (b"\x1f\x8b,,", "gunzip"), (b"hello", "no VCD file begins like this")):
+    for data, says in ((b"", "is empty"), (b"\x1f\x8b,,", "gunzip"), (b"hello", "a VCD file does not begin like this")):
         with pytest.raises(WaveformError, match=says):
             table(tmp_path, data)
     for data in (b"AG10\0\0", b"WAVEDESC" + bytes(40), bytes([0, 1, 1, 0, 3])):

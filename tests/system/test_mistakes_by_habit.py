@@ -57,9 +57,9 @@ MISTAKES = [  # the line, the error, the end of its message
     ("x.registers.rate", "NoSuchAttribute", "x (cy525): registers have no attribute 'rate'; write ['rate']"),
     ('x.pins["abrt"]', "UnknownName", "wait, io_select; did you mean abort?"),
     ('x.pin(["abort"])', "UnknownName", "x (cy525) has no pin ['abort']; its pins: io_request"),
-    ("x.steps()[10**6]", "NoSuchStep", "steps[1000000]: there are 40, 0 to 39, and -1 is the last"),
-    ("x.steps()[-41]", "NoSuchStep", "steps[-41]: there are 40, 0 to 39, and -1 is the last"),
-    ('x.steps("0 s", "1 us")[0]', "NoSuchStep", "steps[0]: there are none"),
+    ("x.steps()[10**6]", "NoSuchStep", "steps[1000000]: allowed 0..39, and -1 for the last"),
+    ("x.steps()[-41]", "NoSuchStep", "steps[-41]: allowed 0..39, and -1 for the last"),
+    ('x.steps("0 s", "1 us")[0]', "NoSuchStep", "steps[0]: there are no steps"),
     ("x.steps()[1.5]", "UsageError", "arrays are steps.times_ps, steps.directions and steps.positions"),
     (
         "x.steps()[x.steps().positions > 3]",
@@ -152,7 +152,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'b.run_until(x.at_instruction(50), timeout="1 s")',
         "Timeout",
-        "x at instruction 50, where none begins: no program is stored; the time is",
+        "x at instruction 50, where no instruction begins: no program is stored; the time is",
     ),
     # -------------------------------------------------------------------------------------------------------- hooks
     ("x.on_step", "NoSuchAttribute", "x.on_motion_begin.add(...) reports motions, x.steps() has every step"),
@@ -330,7 +330,7 @@ def test_a_wait_for_an_instruction_lists_the_existing_ones():
     world["b"].run_until_idle()
     rows = ", ".join(str(row.address) for row in world["x"].program_rows())
     with pytest.raises(
-        errors.Timeout, match=f"instruction 50, where none begins: there are {rows}; the time is"
+        errors.Timeout, match=f"instruction 50, where no instruction begins: they begin at {rows}; the time is"
     ) as raised:
         world["b"].run_until(world["x"].reaches(3) | world["x"].at_instruction(50), timeout="1 s")
     assert "x at position 3 or x at instruction 50" in str(raised.value)
@@ -449,7 +449,7 @@ def test_a_command_that_needs_an_encoder_is_reported_once_for_a_part_without(com
     bench.host(bench.add("mc1151a")).send(command)
     bench.run("5 ms")
     assert told(bench, "no-encoder") == [
-        f"{name} needs an encoder: the mc1151a accepts the command without effect; use the mc1151a-e"
+        f"{name} needs an encoder: the mc1151a accepts the command, but ignores it; use the mc1151a-e"
     ]
 
 

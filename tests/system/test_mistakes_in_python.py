@@ -433,7 +433,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         "b.readings([])",
         "UsageError",
-        'readings: no instant given; give some, such as bench.readings(["10 ms", "20 ms"])',
+        'readings: no instants given; give at least one, such as bench.readings(["10 ms", "20 ms"])',
     ),
     ('b.readings("99 s")', "UsageError", "99 s is in the future; the time is 136.046909 ms"),
     (

@@ -253,8 +253,8 @@ MISTAKES = (
     # checksums
     row("no checksum", bench, "V1\r", chs=1, words=f"E1: b'V1': checksum '1' (0x31), expected 'V' (0x56) after b'V'; V1 arrived without one|{CHECKED}"),
     row("no checksum", url, b"V1\r", part="gs-c200s", words=f"V1 arrived without one|{CHECKED}"),
-    row("no checksum, a blank after the address", bench, "4 V1\r", chs=1, sel0=0, words=r"V1 arrived without one, with blanks or in a different case: send b'4V1;\r'|strap chs=0"),
-    row("no checksum, small letters", bench, "v1\r", chs=1, words=r"v1 arrived without one, with blanks or in a different case: send b'V1\x17\r'|strap chs=0"),
+    row("no checksum, a blank after the address", bench, "4 V1\r", chs=1, sel0=0, words=r"V1 arrived without one, with spaces or in a different case: send b'4V1;\r'|strap chs=0"),
+    row("no checksum, small letters", bench, "v1\r", chs=1, words=r"v1 arrived without one, with spaces or in a different case: send b'V1\x17\r'|strap chs=0"),
     row("the address at the end, broadcast", bench, "V14\r", "*V1\r", sel0=0, words="a line begins with 'V'|a line begins with '*'|begin the line with 4 (gs_c200s)"),
     row("a wrong checksum", bench, "V1x\r", chs=1, words=rf"checksum 'x' (0x78), expected 0x17 after b'V1'|{CHECKED}"),
     row("a checksum where there is none", bench, "V1\x17\r", words=r"'V1\x17' does not fit V<what>|'\x17' is the checksum of V1: leave it out, or strap chs=1"),

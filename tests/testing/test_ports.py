@@ -51,7 +51,7 @@ def test_every_form_of_opening_it(ports):
     port.port = NAME
     port.open()
     assert ask(port) == b"V+0\r"
-    with pytest.raises(serial.SerialException, match="one host at a time"):
+    with pytest.raises(serial.SerialException, match="it is open in another program"):
         serial.Serial(NAME, **SETTINGS)
     port.port = NAME  # closes and opens it
     assert ask(port) == b"V+0\r"

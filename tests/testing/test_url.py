@@ -135,7 +135,7 @@ def test_a_name_is_the_same_module_whenever_it_is_opened(opened):
 
 def test_two_hosts_cannot_have_one_module(opened):
     opened("slewline://gs-c200s?name=left")
-    with pytest.raises(serial.SerialException, match="one host at a time"):
+    with pytest.raises(serial.SerialException, match="it is open in another program"):
         opened("slewline://gs-c200s?name=left")
 
 

@@ -116,7 +116,7 @@ def test_jobs_are_processes_and_a_map_takes_all_processors(monkeypatch: pytest.M
     (("--load", "mass 2 kg, lead 5"), "lead '5'; 5 has no unit; allowed 0 or more m, or text with a unit: m, cm, mm"),
     (("--grid", "F=range(3,10) R=8 S=199"), "F 'range(3,10)': write 3..9"),
     (("--grid", "F=3-10 R=8 S=199"), "cy525: F '3-10': write 3..10 for a range"),
-    (("--grid", "F=4,6, R=8"), "F '4,6,': a comma without a value; separate parameters by blanks, as in F=4,6 R=8"),
+    (("--grid", "F=4,6, R=8"), "F '4,6,': a comma without a value; separate parameters with spaces, as in F=4,6 R=8"),
 ])  # fmt: skip
 def test_mistakes(call: Any, arguments: tuple[str, ...], says: str) -> None:
     status, out, err = call("cy525", *QUICK, *arguments)

@@ -314,7 +314,7 @@ def test_where_nothing_holds_the_killer_of_the_slowest_is_named() -> None:
         search(made)
     found = search(made, full_map=True)
     assert found.best is None and found.recommended is None and len(found.map) == 27
-    with pytest.raises(UsageError, match="no move of the grid holds"):
+    with pytest.raises(UsageError, match="no move of the grid passes all scenarios"):
         _ = found.chosen
 
 

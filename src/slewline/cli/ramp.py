@@ -159,7 +159,7 @@ def named(calculator: Calculator, parameters: Sequence[str]) -> dict[str, str]:
         name, equals, value = (part.strip() for part in parameter.partition("="))
         if "=" in value or "=" in parameters:
             parted = re.sub(r"\s*=\s*", "=", " ".join(parameters)).replace(",", " ").split()
-            message = f"{parameter!r}: a parameter is NAME=VALUE without blanks; separate parameters by blanks"
+            message = f"{parameter!r}: a parameter is NAME=VALUE without spaces; separate parameters with spaces"
             raise UsageError(f"{message}; write {' '.join(parted)}")
         if not (name and equals and value):
             raise UsageError(f"{parameter!r}: give a parameter and its value, such as R=100")

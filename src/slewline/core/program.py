@@ -79,8 +79,8 @@ class InstructionCondition(Condition):
         rows = self.chip.program_rows()
         if self.address is None or any(row.address == self.address for row in rows):
             return self.text
-        there = f"there are {', '.join(str(row.address) for row in rows)}" if rows else "no program is stored"
-        return f"{self.text}, where none begins: {there}"
+        there = f"they begin at {', '.join(str(row.address) for row in rows)}" if rows else "no program is stored"
+        return f"{self.text}, where no instruction begins: {there}"
 
     def met(self) -> bool:
         return self.hit

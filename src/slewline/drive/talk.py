@@ -156,7 +156,7 @@ class Talk:
         found = self._shake_hands(known)
         if self.state.keep_count and found.unsure:
             raise UsageError(
-                f"the count of the board, {found.counted}, cannot be kept (--keep-count): there were steps without "
+                f"the count of the board, {found.counted}, cannot be kept (--keep-count): steps were output without "
                 "current, or the board has switched the driver off by itself, so the position is uncertain; home "
                 "the motor, or confirm the count with --homed"
             )

@@ -113,7 +113,7 @@ def outputs_of(board: BoardModel, chip: Chip, wiring: Mapping[str, str] | None) 
             raise UsageError(f"output {name} is given twice; leave one out")
         if any(row.name == pin for row in chip.sheet.pins if row.in_out == "in"):
             raise UsageError(
-                f"output {name}: {pin} is an input of {chip.name}; an input of the board can set it: "
+                f"output {name}: {pin} is an input of {chip.name}; set it from an input of the board: "
                 f"inputs={{'A1': '{pin}'}} (--input A1={pin})"
             )
         if pin not in rows and pin not in LAMPS:

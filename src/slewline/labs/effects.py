@@ -36,7 +36,7 @@ class Effects:
         """Raise UsageError, with the field's name, while a motion is requested or in progress."""
         if not self.motions.idle:
             raise UsageError(
-                f"{name}: a motion is in progress, or waits for SPMG; allowed only at rest; write 1 to STOP first"
+                f"{name}: a motion is in progress, or is waiting for SPMG; allowed only at rest; write 1 to STOP first"
             )
 
     # ---------------------------------------------------------------------------------------------------- positions

@@ -35,7 +35,7 @@ STILL_COMMANDS = ("range", "spacing")  # problems of text that still is a comman
 def host_lines(text: str) -> list[tuple[int, int, str]]:
     """Return (line number, column, text) of every line that is neither blank nor only a comment.
 
-    The text excludes the comment at the end of the line, and surrounding blanks.
+    The text excludes the comment at the end of the line, and surrounding spaces.
     """
     found = []
     for number, line in enumerate(text.splitlines(), 1):

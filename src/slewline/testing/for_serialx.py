@@ -57,7 +57,7 @@ class Serial(HasRig, BaseSerial):
         if why := self.rig.look():
             raise SerialException(f"{where}: {why}")
         if self.rig.line.host is not None:
-            raise SerialException(f"{where}: another program has it open; one host at a time")
+            raise SerialException(f"{where}: it is open in another program; close it there")
         self.end = SerialEndpoint(self.rig, where, "serialx", SerialException)
         self.set_modem_pins(self._modem_pins_on_open())
 

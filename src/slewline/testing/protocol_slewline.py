@@ -81,7 +81,7 @@ class Serial(HasRig, SerialBase):
         if why := self.rig.look():
             raise SerialException(f"could not open port {self.port}: {why}")
         if self.rig.line.host is not None:
-            raise SerialException(f"{self.port}: another program has it open; one host at a time")
+            raise SerialException(f"{self.port}: it is open in another program; close it there")
         self._end = SerialEndpoint(self.rig, self.port, "pySerial", SerialException)
         self._reconfigure_port()
         self.is_open = True

@@ -185,7 +185,7 @@ def _spoken(calculator: Calculator, quantity: RampParameter, text: str, hz: int,
     found: list[Value] = []
     for piece in text.split(","):
         if not piece.strip():
-            raise UsageError(f"{where}: a comma without a value; separate parameters by blanks, as in F=4,6 R=8")
+            raise UsageError(f"{where}: a comma without a value; separate parameters with spaces, as in F=4,6 R=8")
         if dash := _DASH.fullmatch(piece.strip()):
             raise UsageError(f"{where}: write {dash[1]}..{dash[2]} for a range")
         if ".." not in piece:

@@ -157,7 +157,7 @@ class Tuned:
         """
         chosen = self.recommended or self.best
         if chosen is None:
-            raise NothingHolds("no move of the grid holds; see `killers`")
+            raise NothingHolds("no move of the grid passes all scenarios; see `killers`")
         return chosen
 
     def as_json(self) -> dict[str, Any]:

@@ -106,7 +106,7 @@ def test_the_linter_takes_no_data_for_a_code(lines):
 @rows(("name", "says"), [("SET_KP 200", "the MC1401A, a servo chip"), ("AXIS_ON", "a sister part")])
 def test_a_name_of_a_sister_part_is_known(name, says):
     (problem,) = linted("mc1451a", name)
-    assert problem.severity == "error" and f"it is a command of {says}, without effect here" in problem.remedy
+    assert problem.severity == "error" and f"it is a command of {says} and has no effect here" in problem.remedy
 
 
 def test_a_hex_file_of_a_servo_program_is_split_into_packets(tmp_path):

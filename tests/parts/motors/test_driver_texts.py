@@ -167,21 +167,21 @@ NUMBER = "a number ({0}), or text with a unit: {0}, m{0}"
 @rows(
     ("value", "says"),
     [
-        ("24 v", f"d '24 v': '24 v' is not understood; examples: {TEXTS}"),
-        ("", f"d '': '' is not understood; examples: {TEXTS}"),
+        ("24 v", f"d '24 v': '24 v' is not recognised; examples: {TEXTS}"),
+        ("", f"d '': '' is not recognised; examples: {TEXTS}"),
         (
             "24 V, 1 A choper",
-            f"d '24 V, 1 A choper': '1 A choper' is not understood; examples: {TEXTS}; did you mean chopper?",
+            f"d '24 V, 1 A choper': '1 A choper' is not recognised; examples: {TEXTS}; did you mean chopper?",
         ),
-        ("24 V, GSD200", f"d '24 V, GSD200': 'GSD200' is not understood; examples: {TEXTS}; did you mean GS-D200?"),
+        ("24 V, GSD200", f"d '24 V, GSD200': 'GSD200' is not recognised; examples: {TEXTS}; did you mean GS-D200?"),
         (
             "TB6600, 24 V, 1 A",
-            f"d 'TB6600, 24 V, 1 A': 'TB6600' is not understood; examples: {TEXTS}; drivers with a name: "
+            f"d 'TB6600, 24 V, 1 A': 'TB6600' is not recognised; examples: {TEXTS}; drivers with a name: "
             f"{', '.join(DRIVERS)}; for another driver, set frequency and decay",
         ),
-        ("24 V 1 A", f"d '24 V 1 A': '24 V 1 A' is not understood; examples: {TEXTS}"),
-        ("bilevel 24 V, 5 V", f"d 'bilevel 24 V, 5 V': 'bilevel 24 V' is not understood; examples: {TEXTS}"),
-        ("L/.R 5 V", f"d 'L/.R 5 V': 'L/.R 5 V' is not understood; examples: {TEXTS}"),
+        ("24 V 1 A", f"d '24 V 1 A': '24 V 1 A' is not recognised; examples: {TEXTS}"),
+        ("bilevel 24 V, 5 V", f"d 'bilevel 24 V, 5 V': 'bilevel 24 V' is not recognised; examples: {TEXTS}"),
+        ("L/.R 5 V", f"d 'L/.R 5 V': 'L/.R 5 V' is not recognised; examples: {TEXTS}"),
         ("L/0R 5 V", "d: 'L/0R 5 V'; allowed L/1R or more (the winding itself is 1 R), such as L/4R 20 V"),
         ("24 V, 12 V", "d '24 V, 12 V': '24 V' and '12 V' both set supply; leave one out"),
         (
@@ -260,4 +260,4 @@ def test_a_driver_is_an_option_of_a_part():
     assert str(error.value) == "p: driver '24 V, 0 A'; current '0 A'; allowed more than 0 A"
     with pytest.raises(UsageError) as error:
         row.checked("p", "24 X")
-    assert str(error.value) == f"p: driver '24 X'; '24 X' is not understood; examples: {TEXTS}"
+    assert str(error.value) == f"p: driver '24 X'; '24 X' is not recognised; examples: {TEXTS}"

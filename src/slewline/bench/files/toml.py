@@ -52,7 +52,7 @@ def read_toml(path: str | PathLike[str], text: str) -> dict[str, Any]:
 
 
 def _masked(found: re.Match[str]) -> str:
-    """Replace a string in a TOML text by underscores, or a comment by blanks; keep its line breaks.
+    """Replace a string in a TOML text by underscores, or a comment by spaces; keep its line breaks.
 
     A masked string can then be read like a bare key, and line numbers do not change.
     """

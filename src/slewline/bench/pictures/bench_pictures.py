@@ -104,7 +104,9 @@ class Pictures:
 
         instants = moments_of(at)
         if not instants:
-            raise UsageError('readings: no instant given; give some, such as bench.readings(["10 ms", "20 ms"])')
+            raise UsageError(
+                'readings: no instants given; give at least one, such as bench.readings(["10 ms", "20 ms"])'
+            )
         if max(instants) > self.kernel.now:
             raise UsageError(f"{readable(max(instants))} is in the future; the time is {readable(self.kernel.now)}")
         given = list(self.signals.recorded if pins is None else [pins] if isinstance(pins, str | Trace) else pins)

@@ -150,7 +150,7 @@ class Signals:
             return name
         found = [full for full in self.chosen(None) if full.partition(".")[2] == name]
         if len(found) > 1:
-            raise UsageError(f"pin {name!r}: there are {' and '.join(found)}; write one of them")
+            raise UsageError(f"pin {name!r}: this could be {' or '.join(found)}; write one of them")
         if not found:
             owners = list(self.circuit.chips)
             full = f"{owners[0]}.{name}" if len(owners) == 1 else name

@@ -105,10 +105,10 @@ def _level(text: str) -> int:
     return int(text)
 
 
-def _matched(pattern: str, text: str) -> list[str]:
+def _matched(pattern: str, text: str, form: str) -> list[str]:
     match = re.fullmatch(pattern, text)
     if match is None:
-        raise UsageError(f"{text!r} is not understood")
+        raise UsageError(f"{text!r}; expected {form}")
     return [group or "" for group in match.groups()]
 
 
@@ -127,7 +127,7 @@ def _wait(rest: str) -> DirectiveKind:
 def _until(rest: str) -> DirectiveKind:
     if rest == "ready":
         return DirectiveKind(_acting(_ready), fits=_has_state)
-    name, value = _matched(PIN + r"\s*=\s*([+-]?\w+)", rest)
+    name, value = _matched(PIN + r"\s*=\s*([+-]?\w+)", rest, "PIN=LEVEL, position=NUMBER, or ready")
     if name == "position":
 
         def position(_stage: ScriptRunner, chip: Chip) -> int:
@@ -157,12 +157,12 @@ async def _reached(runner: ScriptRunner, chip: Chip, position: int) -> None:
 
 
 def _drive(rest: str) -> DirectiveKind:
-    name, value, at = _matched(PIN + r"\s*=\s*(\w+)\s*(?:@\s*(.+))?", rest)
+    name, value, at = _matched(PIN + r"\s*=\s*(\w+)\s*(?:@\s*(.+))?", rest, "PIN=LEVEL or PIN=LEVEL @ TIME")
     return DirectiveKind(_put(name, _level(value), at), name)
 
 
 def _release(rest: str) -> DirectiveKind:
-    name, at = _matched(PIN + r"\s*(?:@\s*(.+))?", rest)
+    name, at = _matched(PIN + r"\s*(?:@\s*(.+))?", rest, "PIN or PIN @ TIME")
     return DirectiveKind(_put(name, None, at), name)
 
 
@@ -177,7 +177,7 @@ def _put(name: str, value: int | None, at: str) -> Queue:
 
 
 def _pulse(rest: str) -> DirectiveKind:
-    name, value, width = _matched(PIN + r"\s*=\s*(\w+)\s+(.+)", rest)
+    name, value, width = _matched(PIN + r"\s*=\s*(\w+)\s+(.+)", rest, "PIN=LEVEL WIDTH, such as wait=0 5 ms")
     wanted, ps = _level(value), picoseconds(width)
 
     async def act(runner: ScriptRunner, chip: Chip) -> None:
@@ -223,7 +223,7 @@ def _to(rest: str) -> DirectiveKind:
 
 
 def _tell_part(rest: str) -> DirectiveKind:
-    name, verb, number = _matched(r"(\w+)\s+(\w+)(?:\s+([+-]?[0-9]+))?", rest)
+    name, verb, number = _matched(r"(\w+)\s+(\w+)(?:\s+([+-]?[0-9]+))?", rest, "PART VERB or PART VERB NUMBER")
 
     def fits(runner: ScriptRunner, _chip: Chip) -> None:
         if name not in runner.bench.parts:

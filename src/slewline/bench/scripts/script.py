@@ -75,7 +75,7 @@ if TYPE_CHECKING:
 
 COPIED = {  # characters printed in manuals, and their ASCII form
     **dict.fromkeys("\u00d8\u00f8\u2205", "write 0 for a slashed zero"),
-    **dict.fromkeys("\t\u00a0\u2002\u2003\u2007\u2009\u202f\u3000", "write a blank"),
+    **dict.fromkeys("\t\u00a0\u2002\u2003\u2007\u2009\u202f\u3000", "write a space"),
     **dict.fromkeys("\u2010\u2011\u2012\u2013\u2014\u2212", "write -"),
     **dict.fromkeys("\u201c\u201d\u201e\u00ab\u00bb", 'write "'),
     **dict.fromkeys("\u2018\u2019", "write '"),
@@ -203,7 +203,7 @@ def _line(step: ScriptLine) -> ScriptLine:
 def _directive(step: ScriptLine) -> ScriptLine:
     if step.verb not in DIRECTIVES:
         there = " ".join("@" + verb for verb in DIRECTIVES)
-        raise UsageError(f"no directive @{step.verb}; there are {there}{hint(step.verb, DIRECTIVES)}")
+        raise UsageError(f"no directive @{step.verb}; available: {there}{hint(step.verb, DIRECTIVES)}")
     queue, pin, fits = _reading(step.verb, step.text[1:])
     return replace(step, queue=queue, pin=pin, fits=fits, to=step.text[3:].strip() if step.verb == "to" else "")
 

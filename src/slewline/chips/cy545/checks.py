@@ -24,7 +24,7 @@ def modes(source: Source) -> None:
     for statement in source.statements:
         mode = mode_of(statement)
         if mode is not None and mode & (MB_6 | MB_3):
-            found = f"O {mode} sets bits of the mode register whose effect is not known: they are stored without effect"
+            found = f"O {mode}: the effect of MB6 and MB3 is not documented; they are stored and have no effect"
             source.report(statement, "mode-bits", "warning", found, section=section(statement.row))
 
 

@@ -69,7 +69,8 @@ class Instructions(instructions.ParameterHandlers):
         unknown = mode & (sheet.MB_6 | sheet.MB_3)
         if unknown:
             self.finding_once(
-                "mode-bits", f"O {mode}: the effect of MB6 and MB3 is not known; they are stored without effect"
+                "mode-bits",
+                f"O {mode}: the effect of MB6 and MB3 is not documented; they are stored and have no effect",
             )
 
     def do_pointer(self, address: int) -> None:

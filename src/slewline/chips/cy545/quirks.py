@@ -167,7 +167,7 @@ QUIRKS = (
        "as with a written number", "test_switches_above_the_range_keep_the_low_bits_and_are_reported"),
     _Q("CY545-UND-HP-COMMAND", "ch.4", "[ reads numbers up to the return, and a closing bracket may follow; if count and data differ the smaller number is used, which is reported; in binary 5BH, count, address, how many, data",
        "the minimum supported by the pages", "test_data_for_the_display_may_end_in_a_bracket_and_the_fewer_count"),
-    _Q("CY545-UND-HP-OUTPUT", "ch.16, HP LED Display", "strings and answers fill the addresses 38H to 3FH from the left, padded with blanks; of a longer text the last eight characters are shown; the return of text is omitted, a byte 0D of a binary value is not",
+    _Q("CY545-UND-HP-OUTPUT", "ch.16, HP LED Display", "strings and answers fill the addresses 38H to 3FH from the left, padded with spaces; of a longer text the last eight characters are shown; the return of text is omitted, a byte 0D of a binary value is not",
        "the characters of an HDSP-211x are there; a position leaves its eight digits", "test_strings_and_replies_on_the_display"),
     _Q("CY545-UND-LCD", "ch.14", "the LCD receives the characters of the plain serial side; the part `lcd` shows X=00123 and a return as a parameter, all else as text",
        "no readable page has the control codes of the CY325", "test_parameters_stand_on_the_left_and_texts_on_the_right"),

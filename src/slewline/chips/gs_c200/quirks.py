@@ -87,7 +87,7 @@ QUIRKS = (
     _Q("GSC-UND-PERSIST", "commands S, T, R", "S, T and R are kept until they are changed or the supply is switched off",
        "no event is stated to clear them", "test_speeds_stay_until_power_off_of_the_module"),
     # -------------------------------------------------------------------------------------------------------- spellings
-    _Q("GSC-CON-JUMP-SPELLING", "command summary against descriptions", "j and jc, in lower case, no blank",
+    _Q("GSC-CON-JUMP-SPELLING", "command summary against descriptions", "j and jc, in lower case, no space",
        "as in the examples; ju is a slip", "test_a_conditional_jump_is_written_condition_comma_location"),
     _Q("GSC-CON-JC-ORDER", "heading of jc against its example", "the condition first, then the location",
        "summary, example and its explanation agree", "test_a_conditional_jump_is_written_condition_comma_location"),

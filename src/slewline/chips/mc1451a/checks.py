@@ -152,7 +152,7 @@ class KnownChipset:
             self.warn(
                 statement,
                 "no-encoder",
-                f"{name} needs an encoder: this part accepts the command without effect",
+                f"{name} needs an encoder: this part accepts the command, but ignores it",
                 note=True,
             )
         if row.acts == "set":

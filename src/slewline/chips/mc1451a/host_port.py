@@ -367,7 +367,7 @@ class Port:
             part = chip.sheet.part
             chip.finding(
                 "no-encoder",
-                f"{row.name} needs an encoder: the {part} accepts the command without effect; use the {part}-e",
+                f"{row.name} needs an encoder: the {part} accepts the command, but ignores it; use the {part}-e",
             )
         data = b"".join(word.to_bytes(2, "big") for word in self.words)
         found = self.instructions.perform(row, int.from_bytes(data, "big"))

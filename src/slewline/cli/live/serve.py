@@ -142,9 +142,7 @@ class ServeCommand(BenchOptions):
             raise click.UsageError("--allow-code needs --bench; a chip given as module:Class needs no --allow-code")
         ctx = click.get_current_context(silent=True)
         if ctx and ctx.get_parameter_source("token") is ParameterSource.COMMANDLINE and not self.control:
-            raise click.UsageError(
-                "--token: belongs to a control port; give --control HOST:PORT, too, or leave out --token"
-            )
+            raise click.UsageError("--token: belongs to a control port; add --control HOST:PORT, or leave out --token")
         if self.log and Path(self.log).suffix[1:].lower() in CATALOGUE.names():
             raise click.UsageError(
                 f"--log {self.log} is a program, judging by its extension; give the transcript another name"

@@ -83,7 +83,7 @@ def firmware(
             raise UsageError(f"{', '.join(f'--{option}' for option in given)}: allowed only with --check PORT")
         return write_firmware(name, board, output, source)
     if name is None:
-        raise UsageError(f"--check: name the firmware that the board has: {', '.join(FIRMWARE)}")
+        raise UsageError(f"--check: no firmware named; name the firmware on the board: {', '.join(FIRMWARE)}")
     firmware_of(name, board)
     if name not in PARTS:
         modules = ", ".join(each for each in FIRMWARE if each in PARTS)
@@ -91,10 +91,10 @@ def firmware(
     if output or source:
         raise UsageError("--check: does not write firmware; leave out --output and --from")
     if check["move"] and not check["replace"]:
-        raise UsageError("--move: a program moves the motor; give --replace, too, to enter the program")
+        raise UsageError("--move: the motor is moved by a program, which replaces the stored one; add --replace")
     if check["replace"] and not check["move"] and not entry(name)[1]:
         raise UsageError(
-            f"--replace: a {name.upper()} ends program entry only with E, which runs the program; give --move, too"
+            f"--replace: a {name.upper()} ends program entry only with E, which runs the program; add --move"
         )
     return CheckBoard(**check, crystal=None, part=name, port=port).perform()
 

@@ -77,7 +77,7 @@ class Steps:
                 "steps.directions and steps.positions"
             )
         if not -count <= which < count:
-            message = f"there are {count}, 0 to {count - 1}, and -1 is the last" if count else "there are none"
+            message = f"allowed 0..{count - 1}, and -1 for the last" if count else "there are no steps"
             raise NoSuchStep(f"steps[{which}]: {message}")
         return Step(int(self.times_ps[which]), int(self.directions[which]), int(self.positions[which]))
 

@@ -118,7 +118,7 @@ def inputs_of(board: BoardModel, chip: Chip, wiring: Mapping[str, str]) -> tuple
             )
         if any(row.name == pin for row in chip.sheet.pins if row.in_out == "out"):
             raise UsageError(
-                f"input {name}: {pin} is an output of {chip.name}; an output of the board can show it: "
+                f"input {name}: {pin} is an output of {chip.name}; show it on an output of the board: "
                 f"outputs={{'D2': '{pin}'}} (--output D2={pin})"
             )
         if pin != ESTOP and pin not in rows:

@@ -332,7 +332,7 @@ def _unknown(sheet: Sheet, name: str) -> Refusal:
     if wanted in sheet.foreign:
         remedy = "a part with more axes has this command"
     elif sibling is not None:
-        remedy = f"it is a command of {sibling.of}, without effect here; leave it out"
+        remedy = f"it is a command of {sibling.of} and has no effect here; leave it out"
     elif meant := [slips[wanted]] if wanted in slips else close or alike or spelled_out:
         remedy = f"write {' or '.join(meant)}"
     else:

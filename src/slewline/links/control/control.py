@@ -180,7 +180,7 @@ class Client:
         try:
             token = as_object(line).get("token")
             if self.control.token is not None and not same(token, self.control.token):
-                raise UsageError('the first request must have the token of this server: {"token": ..., "do": ...}')
+                raise UsageError('the first request must include the token of this server: {"token": ..., "do": ...}')
             self.known = True
             self.lead(self.server.branches.elsewhere)
         except UsageError as error:

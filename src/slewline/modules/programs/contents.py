@@ -70,13 +70,13 @@ class ModuleContents:
 
     @property
     def unsaid(self) -> str:
-        """Reason why `text` cannot represent all of the program, such as blanks at ends of lines; "" if it can."""
+        """Reason why `text` cannot represent all of the program, such as spaces at the ends of lines; "" if it can."""
         try:
             if assemble(self.text, self.sheet, self.sheet.part).stored == self.stored:
                 return ""
         except ProgramError as error:
             return f"the assembler does not accept the text: {' '.join(str(error).split())}"
-        return "blanks at the start or end of a line are lost"
+        return "spaces at the start or end of a line are lost"
 
     @property
     def image(self) -> bytes:
@@ -125,7 +125,9 @@ def _believed(module: Module, what: str) -> str:
         before, value = value, module.value(what)
         if value == before:
             return value
-    raise ListingDiffers(f"{module.name}: {what}, {READINGS} readings, of which no two agree; check whether it is busy")
+    raise ListingDiffers(
+        f"{module.name}: no two of {READINGS} readings of {what} agree; check whether the module is busy"
+    )
 
 
 def _serial(sheet: Sheet) -> Channel:

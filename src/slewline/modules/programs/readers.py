@@ -48,9 +48,7 @@ def agreed(where: str, read: Callable[[], T | None], alone: Callable[[T], bool] 
         NoAnswer, DamagedAnswer: no two readings agree, and at least one failed; or two failed readings
             received the same characters.
     """
-    failure: ModuleFailure = ListingDiffers(
-        f"{where}: {READINGS} readings, of which no two agree; check the line for noise"
-    )
+    failure: ModuleFailure = ListingDiffers(f"{where}: no two of {READINGS} readings agree; check the line for noise")
     seen: list[T] = []
     for _ in range(READINGS):
         try:
@@ -107,7 +105,7 @@ def read_listing(module: Module, base: int | None = None, report: Report = lambd
         seen.append(found)
     if failure is not None and not seen:
         raise failure
-    raise ListingDiffers(f"{module.name}: {READINGS} listings, of which no two agree; check the line for noise")
+    raise ListingDiffers(f"{module.name}: no two of {READINGS} listings agree; check the line for noise")
 
 
 def _listed(module: Module, lines: tuple[str, ...]) -> ProgramReading:

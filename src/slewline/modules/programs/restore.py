@@ -126,7 +126,7 @@ class Restore:
             if question is None or int(module.value(question)) == statement.values[0]:
                 return
         raise ListingDiffers(
-            f"{module.name}: {text} was sent {ROUNDS} times, but the module answers with another value"
+            f"{module.name}: {text} was sent {ROUNDS} times, but the module still reports a different value"
         )
 
     def _sets(self, statement: Statement, name: str) -> bool:

@@ -172,8 +172,8 @@ class MemoryWriter:
                     missed.add(number)
             wrong = self.differing(missed)
         raise ListingDiffers(
-            f"{self.module.name}: {whole}, {len(wrong)} parts do not read back as sent; check that there is a "
-            "writable memory.  For an EEPROM slower than 20 ms per byte, give --pace"
+            f"{self.module.name}: {whole}, {len(wrong)} parts do not read back as sent; check that the memory "
+            "can be written.  For an EEPROM slower than 20 ms per byte, give --pace"
         )
 
     def was_read(self, group: Sequence[Statement]) -> bool:

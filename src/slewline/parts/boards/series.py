@@ -41,7 +41,7 @@ def is_step(request: int, waits: tuple[str, ...]) -> bool:
 
 
 def spelled(steps: bytes) -> str:
-    """Return steps as hexadecimal text, with a blank between steps."""
+    """Return steps as hexadecimal text, with a space between steps."""
     return steps.hex(" ", -2)
 
 

@@ -171,7 +171,7 @@ class Lcd(Shows, Part):
     Args:
         baud: the rate of the serial line.
         rows: the number of lines.
-        columns: the characters per line; the left part takes 11: a letter, "=", eight digits and a blank.
+        columns: the characters per line; the left part takes 11: a letter, "=", eight digits and a space.
     """
 
     _for_users = ("parameters", "left", "right", "rows", "picture", "said", "on_change")

@@ -92,9 +92,7 @@ class Thumbwheels(Part):
             UsageError: the number has more digits than there are switches.
         """
         if isinstance(to, bool) or not isinstance(to, int) or not 0 <= to < 10 ** len(self.value):
-            raise UsageError(
-                f"{self.name}: turn to {to!r}; allowed 0 to {'9' * len(self.value)}, a digit for each switch"
-            )
+            raise UsageError(f"{self.name}: turn to {to!r}; allowed 0 to {'9' * len(self.value)}, one digit per switch")
         self.input("turn", to)
         self.value = f"{to:0{len(self.value)}}"
         self._bus.show()

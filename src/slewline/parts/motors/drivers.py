@@ -182,7 +182,7 @@ def _figures_in(text: str, name: str, motor: MotorData) -> Iterator[tuple[str, s
             if not meant and PART_NUMBER.fullmatch(part):
                 meant = f"; drivers with a name: {', '.join(DRIVERS)}; for another driver, set frequency and decay"
             examples = ", ".join(map(repr, EXAMPLES))
-            raise UsageError(f"{name} {text!r}: {part!r} is not understood; examples: {examples}{meant}")
+            raise UsageError(f"{name} {text!r}: {part!r} is not recognised; examples: {examples}{meant}")
 
 
 def _in_series(times: float, part: str, name: str, motor: MotorData) -> float:

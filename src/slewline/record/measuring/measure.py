@@ -118,7 +118,7 @@ def ramp(times_ps: NDArray[np.int64], rounding_ps: int = ROUNDING_PS) -> Measure
 
     between = intervals(times_ps)
     if not len(between):
-        raise UsageError(f"a ramp has two steps or more, not {len(times_ps)}")
+        raise UsageError(f"a ramp needs at least two steps; found {len(times_ps)}")
     fast = np.concatenate([[False], between <= between.min() + rounding_ps, [False]])
     bounds = np.flatnonzero(fast[1:] != fast[:-1]).reshape(-1, 2)
     begin, end = bounds[np.argmax(bounds[:, 1] - bounds[:, 0])].tolist()

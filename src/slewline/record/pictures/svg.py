@@ -71,6 +71,6 @@ def _number(hundredths: int) -> str:
 
 
 def _next(hundredths: int) -> str:
-    """Return hundredths as text that can follow another number: it begins with a blank or a minus sign."""
+    """Return hundredths as text that can follow another number: it begins with a space or a minus sign."""
     text = _number(hundredths)
     return text if text.startswith("-") else f" {text}"

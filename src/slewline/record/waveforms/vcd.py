@@ -296,7 +296,7 @@ def real(bits: int) -> str:
 
 
 def string(text: str) -> str:
-    r"""Return text as a string value for the file: one word of ASCII; viewers show \x20 as a blank."""
+    r"""Return text as a string value for the file: one word of ASCII; viewers show \x20 as a space."""
     return "s" + ascii_of(text.translate(ESCAPES))
 
 
@@ -338,7 +338,7 @@ def _header(variables: Iterable[Variable], names: Iterable[str], timescale: str,
                 )
         if not all(part and part.isascii() and part.isprintable() and " " not in part for part in (*scopes, last)):
             raise UsageError(
-                f"{name!r}: not a name for a signal in a VCD file; use printable ASCII without blanks, and dots "
+                f"{name!r}: not a name for a signal in a VCD file; use printable ASCII without spaces, and dots "
                 "between scopes"
             )
         if last in level:

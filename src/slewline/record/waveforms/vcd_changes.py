@@ -239,7 +239,7 @@ class Changes:
 
 
 def _without_comments(place: FilePlace) -> tuple[bytes, int]:
-    """Return a block with its comments replaced by blanks, and the number of bytes that this text covers.
+    """Return a block with its comments replaced by spaces, and the number of bytes that this text covers.
 
     If the last comment has no end, the text stops before that comment.
     """

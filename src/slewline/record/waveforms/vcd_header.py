@@ -90,7 +90,7 @@ def read_header(place: FilePlace) -> tuple[Header, int]:
         if word[0] not in DECLARATIONS:
             if not word[0].startswith((b"#", b"$dump")) and not header.variables:
                 raise place.error(
-                    word.start(), "no VCD file begins like this; expected a declaration such as $timescale"
+                    word.start(), "a VCD file does not begin like this; expected a declaration such as $timescale"
                 )
             header.whole = True
             return header, word.start()

@@ -126,7 +126,7 @@ def _put_times(rows: NDArray[np.uint8], units: NDArray[np.int64], digits: int) -
 def _digits(count: int, sign: str = "") -> NDArray[np.uint32]:
     """Return the text of every number of `count` digits, with `sign` before it, as a 32-bit word: (10**count,).
 
-    Texts of fewer than four characters are padded with blanks.
+    Texts of fewer than four characters are padded with spaces.
     """
     import numpy as np
 

@@ -5,7 +5,7 @@ A source is expanded once per chunk and may feed several variables: a bus feeds 
     source               variables                kind      values
     net "x.slew"         x.slew                   wire      0, 1, z
     bus "x.db"           x.db0 ... x.db7          wires     0, 1, z where nothing drives
-    quantity             x.velocity               real      exact; a staircase; blanks in a name as _
+    quantity             x.velocity               real      exact; a staircase; spaces in a name as _
     texts                x.finding                string    each text until the next
     states               x.command, x.motion      string    empty while there is no state
 """
@@ -117,7 +117,7 @@ class NetSource:
 
 
 def reference(owner: str, quantity: str) -> str:
-    """Return a quantity's name in a file, without blanks: "m.current_1" for owner "m" and quantity "current 1"."""
+    """Return a quantity's name in a file, without spaces: "m.current_1" for owner "m" and quantity "current 1"."""
     return f"{owner}.{'_'.join(quantity.split())}"
 
 

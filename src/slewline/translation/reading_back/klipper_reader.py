@@ -115,7 +115,7 @@ class _Klipper:
                 self._template(chosen, names, out)
                 place = end + 1
             else:
-                raise RefusedLine(number, line, "not a tag that writers use")
+                raise RefusedLine(number, line, "not a tag that translations use")
 
     def _filled(self, line: str, names: dict[str, Any], number: int) -> str:
         """Return a line with each expression in braces replaced by its value."""

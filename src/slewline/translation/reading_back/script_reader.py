@@ -93,13 +93,13 @@ class _Script:
             case ast.Global() | ast.Pass():
                 pass
             case _:
-                raise RefusedLine(it.lineno, ast.unparse(it), "not a statement that writers use")
+                raise RefusedLine(it.lineno, ast.unparse(it), "not a statement that translations use")
 
     def _assign(self, it: ast.Assign) -> None:
         if not isinstance(it.targets[0], ast.Name) or not isinstance(it.value, ast.Constant | ast.UnaryOp | ast.IfExp):
             if isinstance(it.value, ast.Dict):
                 return
-            raise RefusedLine(it.lineno, ast.unparse(it), "not an assignment that writers use")
+            raise RefusedLine(it.lineno, ast.unparse(it), "not an assignment that translations use")
         self.names[it.targets[0].id] = self._value(it.value)
 
     def _value(self, it: ast.expr) -> Any:
@@ -133,7 +133,7 @@ class _Script:
             case ast.Call(func=ast.Name(id=name), args=[ast.Name(id="grbl")]):
                 return self.called(name)
             case _:
-                raise RefusedLine(it.lineno, ast.unparse(it), "not an expression that writers use")
+                raise RefusedLine(it.lineno, ast.unparse(it), "not an expression that translations use")
 
     def _named(self, it: ast.Call) -> dict[str, Any]:
         return {str(each.arg): self._value(each.value) for each in it.keywords}

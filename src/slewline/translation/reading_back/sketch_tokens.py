@@ -34,7 +34,7 @@ class SketchTokens:
             while code[place:].strip():
                 found = TOKEN.match(code, place)
                 if not found:
-                    raise RefusedLine(line, code, "not C++ that writers use")
+                    raise RefusedLine(line, code, "not C++ that translations use")
                 self.tokens.append(Token(found[1], line))
                 place = found.end()
         self.at = 0

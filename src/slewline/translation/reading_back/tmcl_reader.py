@@ -281,7 +281,7 @@ class _Processor:
 
     def on_CSUB(self, command: _Command, to: int) -> None:
         if len(self.stack) == DEEPEST:
-            raise self.refused(command, "subroutines are nested too deep")
+            raise self.refused(command, "subroutines are nested too deeply")
         self.stack.append(self.at)
         self.at = to
 

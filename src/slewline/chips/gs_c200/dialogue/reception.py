@@ -36,7 +36,7 @@ def _checksum(text: bytes, command: str, sheet: Sheet, straps: Straps) -> str:
     wrong = f"checksum {shown(text[-1])}, expected {shown(checksum(rest, kept))} after {rest!r}"
     whole = command if is_command(sheet, command) else respelled(sheet, command)
     meant = text[: len(text) - len(command)] + whole.encode() if whole else rest
-    odd = "" if whole == command else ", with blanks or in a different case"
+    odd = "" if whole == command else ", with spaces or in a different case"
     came = f"; {command.strip()} arrived without one{odd}" if whole else ""
     rule = f"the low seven bits of the sum of its codes{', bit 4 set' * bool(kept)}"
     return (
