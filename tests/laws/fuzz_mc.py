@@ -213,7 +213,7 @@ class Mad(Misuse):
     def sizes(self) -> list[int]:
         """How many watch the wires."""
         nets = {id(pin.net): pin.net for pin in self.chip.pins.values()}.values()
-        return [len(each) for net in nets for each in (net.before_change, net.observers, net.waiters)]
+        return [len(each) for net in nets for each in (net.before_change, net.observers, net.waiters or ())]
 
     def moves(self) -> list[list[int]]:
         """Two moves of every axis: the clocks of all steps, since the begin of the cycle of the first one."""

@@ -251,11 +251,13 @@ def test_every_hook_of_the_house_is_listed_here_and_no_attribute_is_a_place_for_
     """An instance attribute `on_...` is a Hook, or the truth of something (on_bus)."""
     hooks = set()
     for path in SOURCES.rglob("*.py"):
-        for node in ast.walk(tree(path)) if re.search(r"\bon_\w+\s*:", text(path)) else ():
+        for node in ast.walk(tree(path)) if re.search(r"\bon_\w+\b", text(path)) else ():
             if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Attribute | ast.Name):
                 name = node.target.attr if isinstance(node.target, ast.Attribute) else node.target.id
                 if name.startswith("on_"):
                     kind = ast.unparse(node.annotation)
                     assert kind.startswith("Hook["), f"{path.name}: {name} is a {kind}"
                     hooks.add(name)
+            if isinstance(node, ast.FunctionDef) and node.name.startswith("on_") and "= Hook()" in ast.unparse(node):
+                hooks.add(node.name)  # a property that makes its hook when it is needed
     assert hooks == {name.split()[0] for name in HOOKS}

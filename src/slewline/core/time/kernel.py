@@ -377,7 +377,7 @@ class Kernel:
                 changed.append(net)
         for net in changed:
             waiters = net.waiters
-            if len(waiters) == 1 and not net.observers:  # usual case: one task waits for this level
+            if not net.observers and len(waiters) == 1:  # usual case: one task waits for this level
                 task, token, wanted = waiters[0]
                 if wanted is None or wanted == net.value or task.token != token:
                     waiters.clear()

@@ -129,7 +129,7 @@ def handed_over(driver: Driver, line: Characters) -> bool:
     """
     root, kernel = driver.net, driver.kernel
     active = root.active
-    if not kernel.sole or root.pending_drivers or root.exchange is not None or (active and active != [driver]):
+    if not kernel.sole or root.pending_drivers or root.exchange is not None or (active and active != (driver,)):
         return False
     nets, frames = root.joined or (root,), line.frames
     for net in nets:
@@ -147,13 +147,13 @@ def handed_over(driver: Driver, line: Characters) -> bool:
     now, space = kernel.now, 1 - frames.mark
     for net in nets:
         if not active:
-            net.active = [driver]
+            net.active = (driver,)
         net.promise, net.plain = line, None
         net.token += 1
         if net._log is not None:
             net.log_from(now, line)
         if net.readers:
-            net.value, net.changed_at, net.waiters = space, now, []
+            net.value, net.changed_at, net.waiters = space, now, None
             net.changes += 1
             for reader in net.readers:
                 reader.take_over(line)

@@ -61,9 +61,7 @@ class Driver:
         self.next: Level | Promise = None
         self.pending = False
         self.source: object = None  # the part that runs ahead of time and controls this output, if any
-        net.check_room(1)
-        net.drivers.append(self)
-        net.sort_drivers()
+        net.root.add_driver(self)
 
     def drive(self, level: Level) -> None:
         """Drive the net to 0 or 1 ((mask, value) for a bus), or to a promised waveform; None releases the net."""
@@ -135,7 +133,7 @@ class Driver:
                 sampler()
             net.token += 1
             net.value = rest
-            net.active, net.promise = [], None
+            net.active, net.promise = (), None
         self.level = self.promise = None
         if not root.joined:
             root.sort_drivers()
@@ -237,6 +235,16 @@ class ByValue(Protocol):
         """End the transfer as one call, and continue it edge by edge."""
 
 
+def without(entries: tuple[Any, ...], entry: object) -> tuple[Any, ...]:
+    """Return a tuple without the first element that is equal to `entry`.
+
+    Raises:
+        ValueError: there is none.
+    """
+    at = entries.index(entry)
+    return entries[:at] + entries[at + 1 :]
+
+
 class WiringChange:
     """An entry among the kernel's pending drivers, for a net whose wiring has changed (see `Net.join`)."""
 
@@ -260,6 +268,8 @@ class Net:
             joined to another.
         active: the level at which the pin is active, from its row in the data sheet; None if the row has
             none: `is_active` and `is_inactive` then raise an AttributeError.
+        report_conflict: the function of the chip that is called with the root of the wire, before the listeners of
+            `on_conflict`, when two drivers begin to disagree.
 
     Attributes:
         when_active, when_inactive: the pairs (net, active level) and (net, inactive level), for which a task
@@ -270,6 +280,7 @@ class Net:
 
     __slots__ = (
         "_log",
+        "_on_conflict",
         "active",
         "active_level",
         "before_change",
@@ -286,13 +297,13 @@ class Net:
         "latched",
         "name",
         "observers",
-        "on_conflict",
         "pending_drivers",
         "plain",
         "promise",
         "pull",
         "readers",
         "renewed",
+        "report_conflict",
         "root",
         "tie",
         "token",
@@ -304,33 +315,48 @@ class Net:
     width = 1
 
     def __init__(
-        self, kernel: Kernel, name: str, pull: Level = None, tie: Level = None, active: int | None = None
+        self,
+        kernel: Kernel,
+        name: str,
+        pull: Level = None,
+        tie: Level = None,
+        active: int | None = None,
+        report_conflict: Callable[[Net], object] | None = None,
     ) -> None:
         self.kernel, self.name, self.pull, self.tie, self.is_net = kernel, name, pull, tie, True
+        self.report_conflict = report_conflict
         self.active_level = active
         if active is not None:
             self.when_active, self.when_inactive = (self, active), (self, 1 - active)
         self.root: Net = self  # the net of a wire that its drivers notify
         self.joined: tuple[Net, ...] = ()  # all nets of a joined wire
-        self.drivers: list[Driver] = []
+        self.drivers: tuple[Driver, ...] = ()
         self.promise: Promise | None = None  # the promise of the first driver that has one
         self.value: Level = tie if tie is not None else pull
-        self.waiters: list[tuple[Task, int, Level]] = []
-        self.observers: list[Callable[[Net], object]] = []
-        self.before_change: list[Callable[[], object]] = []  # called before a driver discards its waveform so far
+        self.waiters: list[tuple[Task, int, Level]] | None = None
+        self.observers: tuple[Callable[[Net], object], ...] = ()
+        self.before_change: tuple[Callable[[], object], ...] = ()  # called before a driver discards its waveform so far
         self._log: list[tuple[int, Any]] | None = None
-        self.on_conflict: Hook[[Net]] = Hook()  # two drivers begin to disagree; shared by all nets of a wire
+        self._on_conflict: Hook[[Net]] | None = None
         self.last_conflict_ps: int | None = None  # the last instant at which this was reported to a chip
         self.token = self.changes = self.changed_at = 0
         self.pending_drivers = 0  # the number of its drivers changed in this round
         self.contention = False  # two drivers disagree, which is reported once
-        self.active: list[Driver] = []  # the drivers that drive; a sole driver always counts
+        self.active: tuple[Driver, ...] = ()  # the drivers that drive; a sole driver always counts
         self.plain: Driver | None = None  # the sole driver, if a level can simply replace a level
         self.renewed = False  # samplers are called because a bound has moved: the waveform so far remains valid
         self.readers: tuple[TakesWhole, ...] = ()
         self.ends: tuple[Any, ...] = ()  # the observers that can be notified of exchanges as values
         self.exchange: ByValue | None = None  # the exchange currently made over the wire by value
         self.latched = False  # `changes` and `changed_at` count even while nothing waits for the net
+
+    @property
+    def on_conflict(self) -> Hook[[Net]]:
+        """The event that two drivers begin to disagree; all nets of a wire share it."""
+        root = self.root
+        if root._on_conflict is None:
+            root._on_conflict = Hook()
+        return root._on_conflict
 
     @property
     def log(self) -> list[tuple[int, Any]] | None:
@@ -368,15 +394,18 @@ class Net:
 
     def register(self, task: Task, wanted: Level) -> None:
         """Register a task that waits for any change (None), or for a level, 0 or 1, that the net does not have yet."""
-        if len(self.waiters) > STALE:
-            self.drop_ended()
-        self.waiters.append((task, task.token, wanted))
+        if not self.waiters:
+            self.waiters = [(task, task.token, wanted)]
+        else:
+            if len(self.waiters) > STALE:
+                self.drop_ended()
+            self.waiters.append((task, task.token, wanted))
         if self.promise is not None and (self.exchange is None or not self.exchange.allows_wait(self)):
             self.follow()
 
     def drop_ended(self) -> None:
         """Drop the registrations of tasks that have since been woken by another net, an exchange or a time limit."""
-        self.waiters = [entry for entry in self.waiters if entry[0].token == entry[1]]
+        self.waiters = [entry for entry in self.waiters or () if entry[0].token == entry[1]]
 
     def _alone(self) -> None:
         """Make a transfer over this wire that runs without edges (`ByValue`) continue edge by edge."""
@@ -390,7 +419,7 @@ class Net:
         """
         if len(self.drivers) == 1 and not self.joined:  # most nets; every commit of a promise runs this line
             driver = self.drivers[0]
-            self.active, self.promise, self.contention = [driver], driver.promise, False
+            self.active, self.promise, self.contention = (driver,), driver.promise, False
             plain = driver.promise is None and self._log is None and not self.before_change and self.exchange is None
             self.plain = driver if plain else None
             return
@@ -401,7 +430,7 @@ class Net:
                 promise = promise or driver.promise
             elif driver.level is not None:
                 active.append(driver)
-        self.active, self.promise = active, promise
+        self.active, self.promise = tuple(active), promise
         self.contention &= len(active) > 1
         if self.joined:
             for net in self.joined:
@@ -492,7 +521,12 @@ class Net:
         for net in self.joined or (self,):
             net.contention = contention
         if contention:
-            self.root.on_conflict(self.root)
+            root = self.root
+            for report in dict.fromkeys(net.report_conflict for net in root.joined or (root,)):
+                if report is not None:
+                    report(root)
+            if root._on_conflict is not None:
+                root._on_conflict(root)
 
     def rest(self) -> None:
         """Refresh the level of a wire without drivers after its tie or pull has changed."""
@@ -570,13 +604,13 @@ class Net:
                         keep = [(task, token, wanted)]
                     else:
                         keep.append((task, token, wanted))
-            self.waiters = keep or []
+            self.waiters = keep
         for observer in self.observers:
             observer(self)
 
     def watch(self, observer: Callable[[Net], object]) -> None:
         """Register a function to be called with the net after every change, before the tasks of the next round run."""
-        self.observers.append(observer)
+        self.observers = (*self.observers, observer)
         if self.promise is not None:
             self.follow()
         for reader in self.readers:
@@ -584,17 +618,17 @@ class Net:
 
     def unwatch(self, observer: Callable[[Net], object]) -> None:
         """Remove a function that was passed to `watch`."""
-        self.observers.remove(observer)
+        self.observers = without(self.observers, observer)
 
     def sample(self, sampler: Callable[[], object]) -> None:
         """Register a function that is called just before any driver of this net changes its level or waveform."""
         self._alone()
-        self.before_change.append(sampler)
+        self.before_change = (*self.before_change, sampler)
         self.plain = None
 
     def unwatch_before(self, sampler: Callable[[], object]) -> None:
         """Remove a function that was passed to `sample`."""
-        self.before_change.remove(sampler)
+        self.before_change = without(self.before_change, sampler)
         if not self.before_change:
             self.sort_drivers()
 
@@ -619,16 +653,28 @@ class Net:
         one.drivers += two.drivers
         one.pending_drivers += two.pending_drivers + 1  # the junction
         two.pending_drivers = 0
-        for listener in two.on_conflict.listeners:
-            if listener not in one.on_conflict.listeners:
-                one.on_conflict.add(listener)
+        if two._on_conflict is not None:
+            for listener in two._on_conflict.listeners:
+                if listener not in one.on_conflict.listeners:
+                    one.on_conflict.add(listener)
         pull = one.pull or (two.pull if two.pull is not None else one.pull)  # a pull-up wins over an open input
         for net in joined:
             net.root, net.joined, net.drivers, net.tie, net.pull = one, joined, one.drivers, None, pull
-            net.on_conflict = one.on_conflict
             net.token += 1
         one.sort_drivers()
         one.kernel.pending.append(WiringChange(one))
+
+    def add_driver(self, driver: Driver) -> None:
+        """Add a driver to the wire of which this net is the root.
+
+        Raises:
+            WiringError: the wire would have more than 500 pins.
+        """
+        self.check_room(1)
+        drivers = (*self.drivers, driver)
+        for net in self.joined or (self,):
+            net.drivers = drivers
+        self.sort_drivers()
 
     def check_room(self, more: int) -> None:
         """Check that a wire has room for `more` further pins, before the wiring is changed.

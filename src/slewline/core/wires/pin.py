@@ -170,7 +170,7 @@ class Terminal:
         self.bit: int | None = None  # of a bus
         self._driver: Driver | None = None
         self._level: int | None = None  # the level driven externally
-        self._pulses: list[tuple[object, int]] = []  # in progress: each with its level, the last begun last
+        self._pulses: tuple[tuple[object, int], ...] = ()  # in progress: each with its level, the last begun last
         self._between: int | None = None  # the level driven when the first of them began
 
     @property
@@ -241,14 +241,14 @@ class Terminal:
             if not self._pulses:
                 self._between = self._level
             self._put(level, kernel.now)
-            self._pulses.append((begin, level))
+            self._pulses = (*self._pulses, (begin, level))
             if ps:
                 kernel.call_at(kernel.now + ps, kernel.outside.later(end))
             else:
                 end()
 
         def end() -> None:
-            self._pulses = [pulse for pulse in self._pulses if pulse[0] is not begin]
+            self._pulses = tuple(pulse for pulse in self._pulses if pulse[0] is not begin)
             self._put(self._pulses[-1][1] if self._pulses else self._between, kernel.now)
 
         if start > kernel.now:

@@ -27,7 +27,12 @@ def wait_until(kernel: Kernel, ps: int) -> bool:
 def wait_at_rest(net: Net, rest: int) -> None:
     """Register the running task to be woken when a net without a foreseen edge leaves level `rest`, 0 or 1."""
     net.value = rest  # while nothing waited for it, it did not follow its promise
-    net.waiters.append((net.kernel.task, net.kernel.task.token, 1 - rest))  # type: ignore[union-attr,arg-type]
+    task = net.kernel.task
+    entry = (task, task.token, 1 - rest)  # type: ignore[union-attr]
+    if net.waiters is None:
+        net.waiters = [entry]  # type: ignore[list-item]
+    else:
+        net.waiters.append(entry)  # type: ignore[arg-type]
 
 
 def wait_for_first(
