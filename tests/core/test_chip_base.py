@@ -17,7 +17,7 @@ from slewline.core.motion.axis import Axis
 from slewline.core.motion.train import Playing, StepTrain
 from slewline.core.time.kernel import Kernel
 from slewline.core.time.timebase import Clock
-from slewline.core.wires.net import Driver
+from slewline.core.wires.net import Driver, Net
 from slewline.core.wires.waits import level
 from slewline.errors import (
     LONGEST_FINDING,
@@ -225,6 +225,18 @@ def test_outputs_that_disagree_are_one_finding():
     assert [(found.code, found.text) for found in toy.findings] == [
         ("conflict", "two outputs disagree on toy.out; the low one wins")
     ]
+
+
+@pytest.mark.parametrize("first", ["the pin", "the other end"])
+def test_a_conflict_on_a_wire_is_reported_to_the_chip_whichever_end_was_named_first(first):
+    toy = Toy(Kernel())
+    pin, other = toy.pin("out").net, Net(toy.kernel, "other")
+    driver = Driver(other, "part")
+    pin.join(other) if first == "the pin" else other.join(pin)
+    toy.drivers["out"].drive(1)
+    driver.drive(0)
+    toy.kernel.settle()
+    assert pin.level == 0 and [found.code for found in toy.findings] == ["conflict"]
 
 
 def test_a_recurring_conflict_is_reported_once_until_a_millisecond_has_had_none():

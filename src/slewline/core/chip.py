@@ -206,7 +206,8 @@ class Chip(Component, OneAxis):
     def _build_pins(self, straps: Mapping[str, int]) -> None:
         pins: dict[str, Terminal] = {}
         prefix, report = self.sheet.bus, self._conflict
-        self.bus = Bus(self.kernel, f"{self.name}.{prefix}", report_conflict=report)
+        self.bus = Bus(self.kernel, f"{self.name}.{prefix}")
+        self.bus.report_conflict = report
         self.bus_driver = Driver(self.bus, self.name)
         for row in self.sheet.pins:
             line = row.name.removeprefix(prefix)
@@ -218,7 +219,8 @@ class Chip(Component, OneAxis):
                     row.in_out == "in" and row.pull is None
                 )  # an input without pull-up reads low when left open
                 pull, tie = 0 if open_input else row.pull, None if self.bare else row.tie
-                net = Net(self.kernel, f"{self.name}.{row.name}", pull, tie, row.active, report)
+                net = Net(self.kernel, f"{self.name}.{row.name}", pull, tie, row.active)
+                net.report_conflict = report
                 terminal = Terminal(self.name, row, net)
                 if row.in_out in ("out", "both"):
                     self.drivers[row.name] = Driver(net, self.name)

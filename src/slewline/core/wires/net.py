@@ -268,8 +268,6 @@ class Net:
             joined to another.
         active: the level at which the pin is active, from its row in the data sheet; None if the row has
             none: `is_active` and `is_inactive` then raise an AttributeError.
-        report_conflict: the function of the chip that is called with the root of the wire, before the listeners of
-            `on_conflict`, when two drivers begin to disagree.
 
     Attributes:
         when_active, when_inactive: the pairs (net, active level) and (net, inactive level), for which a task
@@ -315,16 +313,9 @@ class Net:
     width = 1
 
     def __init__(
-        self,
-        kernel: Kernel,
-        name: str,
-        pull: Level = None,
-        tie: Level = None,
-        active: int | None = None,
-        report_conflict: Callable[[Net], object] | None = None,
+        self, kernel: Kernel, name: str, pull: Level = None, tie: Level = None, active: int | None = None
     ) -> None:
         self.kernel, self.name, self.pull, self.tie, self.is_net = kernel, name, pull, tie, True
-        self.report_conflict = report_conflict
         self.active_level = active
         if active is not None:
             self.when_active, self.when_inactive = (self, active), (self, 1 - active)
@@ -338,6 +329,7 @@ class Net:
         self.before_change: tuple[Callable[[], object], ...] = ()  # called before a driver discards its waveform so far
         self._log: list[tuple[int, Any]] | None = None
         self._on_conflict: Hook[[Net]] | None = None
+        self.report_conflict: Callable[[Net], object] | None = None  # of the first chip of a wire, in its root
         self.last_conflict_ps: int | None = None  # the last instant at which this was reported to a chip
         self.token = self.changes = self.changed_at = 0
         self.pending_drivers = 0  # the number of its drivers changed in this round
@@ -522,9 +514,8 @@ class Net:
             net.contention = contention
         if contention:
             root = self.root
-            for report in dict.fromkeys(net.report_conflict for net in root.joined or (root,)):
-                if report is not None:
-                    report(root)
+            if root.report_conflict is not None:
+                root.report_conflict(root)
             if root._on_conflict is not None:
                 root._on_conflict(root)
 
@@ -653,6 +644,7 @@ class Net:
         one.drivers += two.drivers
         one.pending_drivers += two.pending_drivers + 1  # the junction
         two.pending_drivers = 0
+        one.report_conflict = one.report_conflict or two.report_conflict
         if two._on_conflict is not None:
             for listener in two._on_conflict.listeners:
                 if listener not in one.on_conflict.listeners:
