@@ -203,8 +203,8 @@ class WaveformFiles:
     ) -> Streaming:
         """Write recorded pins to a VCD file while time passes, so that a long window takes up no memory.
 
-        The arguments are those of `save_vcd`.  The call returns a context manager: changes during its `with` block are
-        written.  In `with ... as vcd`, `vcd.lost` is the number that `save_vcd` returns.
+        The arguments are those of `save_vcd`, without `start` and `stop`.  The call returns a context manager: changes
+        during its `with` block are written.  In `with ... as vcd`, `vcd.lost` is the number that `save_vcd` returns.
 
         Raises:
             UsageError, NotRecorded, UnknownName: as for `save_vcd`.
