@@ -110,7 +110,7 @@ def test_files_that_need_an_option(call: Any, folder: Path) -> None:
     [
         (("model.vcd", "none.vcd"), "none.vcd cannot be read: No such file"),
         (("model.vcd", "board.vcd"), "the files have no signal name in common: "),
-        (("model.vcd", "board.vcd", "--map", "pulse"), "--map pulse: give a signal of each file"),
+        (("model.vcd", "board.vcd", "--map", "pulse"), "--map pulse: name one signal from each file"),
         (("model.vcd", "board.vcd", "--map", "pulse=D7"), "board.vcd: no signal 'D7'; available: logic.D0, logic.D1"),
         (("model.vcd", "board.vcd", "--map", "velocity=D1"), "--map velocity=D1: expected signals with levels"),
         (("model.vcd", "board.vcd", "--map", "pulse=D0", "--shift", "soon"), "time 'soon': expected"),

@@ -139,7 +139,9 @@ def test_the_seconds_of_a_bench_are_a_time_like_any_other_and_another_float_is_n
     assert moments([late, "1 ns"]).tolist() == [late.ps, 1000]
     assert picoseconds(Seconds(5)) == 5  # it is no bare number
     for wrong in (late + 0.5, 0.5, float(late)):
-        with pytest.raises(TimeError, match=r"bench\.now, or an int of picoseconds; a float would be rounded"):
+        with pytest.raises(
+            TimeError, match=r"bench\.now, or an integer number of picoseconds; a float would be rounded"
+        ):
             picoseconds(wrong)
     with pytest.raises(TimeError, match=r"expected text such as '0\.25 s'"):
         picoseconds(0.25)

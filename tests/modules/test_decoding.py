@@ -127,10 +127,10 @@ def test_a_damaged_character_is_named_with_its_time(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("rate", "names", "given", "says"),
     [
-        (4_000, ("TX", "RX"), {}, r"sampled often enough \(here every 250 µs\); name the correct signals"),
+        (4_000, ("TX", "RX"), {}, r"sampled often enough \(in this file: every 250 µs\); name the correct signals"),
         (MHZ, ("TX", "QX"), {}, "no signal 'QX'"),
         (MHZ, ("TX", "RX"), {"baud": 19200}, "--baud|allowed"),
-        (MHZ, ("TX", "RX"), {"baud": 1200}, "characters are damaged; allowed: the serial wires of a GS-C200S"),
+        (MHZ, ("TX", "RX"), {"baud": 1200}, "characters are damaged; required: the serial wires of a GS-C200S"),
     ],
 )
 def test_an_invalid_dialogue_is_refused(tmp_path, rate, names, given, says):

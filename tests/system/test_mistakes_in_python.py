@@ -148,7 +148,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'x.pin("abort").drive(0, at=0.5)',
         "TimeError",
-        "text such as '0.5 s', bench.now, or an int of picoseconds; a float would be rounded",
+        "text such as '0.5 s', bench.now, or an integer number of picoseconds; a float would be rounded",
     ),
     (
         'x.pin("abort").pulse(1, 10)',
@@ -176,7 +176,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         "x.steps(0.5)",
         "TimeError",
-        "text such as '0.5 s', bench.now, or an int of picoseconds; a float would be rounded",
+        "text such as '0.5 s', bench.now, or an integer number of picoseconds; a float would be rounded",
     ),
     (
         'x.steps("10 sec")',
@@ -187,7 +187,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         "x.velocity_at(0.01)",
         "TimeError",
-        "text such as '0.01 s', bench.now, or an int of picoseconds; a float would be rounded",
+        "text such as '0.01 s', bench.now, or an integer number of picoseconds; a float would be rounded",
     ),
     ('x.reaches("40")', "UsageError", "x: position '40'; allowed 0..65535"),
     ("x.reaches(1 << 40)", "UsageError", "x: position 1099511627776; allowed 0..65535"),
@@ -238,7 +238,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'b.add("cy525", crystal=11e6)',
         "TimeError",
-        "frequency 11000000.0: expected text such as '11 MHz', or an int of hertz",
+        "frequency 11000000.0: expected text such as '11 MHz', or an integer number of hertz",
     ),
     (
         'b.add("cy525", straps={"ascii": 0})',
@@ -331,7 +331,11 @@ MISTAKES = [  # the line, the error, the end of its message
     ('b.draw("a.svg")', "NoSuchAttribute", "bench has no 'draw'; write bench.plot(\"run.svg\")"),
     ("b.steps", "NoSuchAttribute", "bench has no 'steps'; it belongs to a chip: x.steps, with x = bench.add(...)"),
     ("b.run(1)", "TimeError", "time 1: a bare number is picoseconds; write its unit, such as '1 ms' or '1 ps'"),
-    ("b.run(0.5)", "TimeError", "text such as '0.5 s', bench.now, or an int of picoseconds; a float would be rounded"),
+    (
+        "b.run(0.5)",
+        "TimeError",
+        "text such as '0.5 s', bench.now, or an integer number of picoseconds; a float would be rounded",
+    ),
     (
         'b.run("1")',
         "TimeError",

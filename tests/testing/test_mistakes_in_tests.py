@@ -19,7 +19,11 @@ MISTAKES = [  # arguments, what the test does or the marker says, the end of the
     ("gs_c200s", "gs_c200s.findings", "write gs_c200s.chip.findings"),
     ("gs_c200s", "gs_c200s.query('V1')", "gs_c200s.ask(...), or the calls of gs_c200s.host, where there is one"),
     ("gs_c200s", "gs_c200s.advance(1)", "write its unit, such as '1 ms' or '1 ps'"),
-    ("gs_c200s", "gs_c200s.advance(0.5)", "expected text such as '0.5 s', bench.now, or an int of picoseconds"),
+    (
+        "gs_c200s",
+        "gs_c200s.advance(0.5)",
+        "expected text such as '0.5 s', bench.now, or an integer number of picoseconds",
+    ),
     ("gs_c200s", "gs_c200s.until('mov')", "expected a pin and its level, such as 'mov=0'"),
     ("gs_c200s", "gs_c200s.until('moving=0')", "gs_c200s (gs-c200s) has no pin 'moving'"),
     ("gs_c200s", "gs_c200s.until('mov=1', timeout=5)", "write its unit, such as '5 ms' or '5 ps'"),

@@ -86,9 +86,9 @@ def decode_dialogue(
     if not total or len(damaged) > MOST_DAMAGED * total:
         found = f"{len(damaged)} of {total} characters are damaged" if total else "there are no characters"
         raise UsageError(
-            f"{waves.path}: {host} and {module} at {tried}, {speech.word}: {found}; allowed: the serial "
-            f"wires of a {sheet.part.upper()}, sampled often enough (here every {readable(waves.sampling_ps)}); name "
-            "the correct signals and rate"
+            f"{waves.path}: {host} and {module} at {tried}, {speech.word}: {found}; required: the serial "
+            f"wires of a {sheet.part.upper()}, sampled often enough (in this file: every "
+            f"{readable(waves.sampling_ps)}); name the correct signals and rate"
         )
     header = DialogueHeader(sheet.part, baud=rate, checksum=checksum, address=address)
     return Decoded(RecordedDialogue(header, tuple(_entries(characters, waves.start_ps))), damaged)

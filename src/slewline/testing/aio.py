@@ -74,7 +74,7 @@ class TimeDriver(Protocol):
         """Add a wait, which ends when its condition is met or its time is up."""
 
     def answer(self, quiet: Callable[[], bool]) -> None:
-        """Ensure that time passes until the written bytes have been answered, which is when `quiet` returns True."""
+        """Let time pass until the written bytes have been answered, that is, until `quiet` returns True."""
 
 
 def time_of(loop: asyncio.AbstractEventLoop, rig: Rig) -> TimeDriver:

@@ -51,7 +51,7 @@ def friction(system: System, factor: float) -> System:
 
 
 def drag(system: System, factor: float) -> System:
-    """Return a system with the viscous drag of motor and load scaled by a factor: less drag, less damping."""
+    """Return a system with the viscous drag of motor and load scaled by a factor; below 1, it is less damped."""
     motor, driver, load = system
     iron = (motor.drag - motor.viscous) * factor
     less = replace(motor, iron=iron, viscous=motor.viscous * factor)

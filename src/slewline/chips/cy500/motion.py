@@ -40,7 +40,7 @@ class Motion(sloped.Motion):
 
     # -------------------------------------------------------------------------------------------- before the first step
     def parameters(self, number: int) -> Callable[[], MotionParameters]:
-        """Load the parameters of this motion, without slope for O and J; return a function that computes them."""
+        """Load the parameters of this motion (no slope for O and J); return a function that returns them."""
         super().parameters(number)
         if self.text in ("O", "J"):
             self.at_start = self.at_start._replace(slope=0)

@@ -73,7 +73,7 @@ def _pairs(ours: Waveforms, theirs: Waveforms, given: Iterable[str]) -> list[tup
     pairs = [tuple(part.strip() for part in pair.partition("=")) for text in given for pair in text.split(",")]
     for name, equals, other in pairs:
         if not (name and equals and other):
-            raise UsageError(f"--map {name}{equals}{other}: give a signal of each file, such as x.pulse=D0")
+            raise UsageError(f"--map {name}{equals}{other}: name one signal from each file, such as x.pulse=D0")
         if ours.kind(name) != "bits" or theirs.kind(other) != "bits":
             raise UsageError(f"--map {name}={other}: expected signals with levels, not real or string variables")
     if pairs:

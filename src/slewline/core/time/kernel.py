@@ -217,8 +217,8 @@ class Kernel:
         """
         if self.running:
             raise UsageError(
-                f"the time is {readable(self.now)}, and a run is in progress: a listener or part that the run calls "
-                "cannot run the bench or wait (run_until(), ask() ...); queue data with send(), or wait after the run"
+                f"the time is {readable(self.now)}, and a run is in progress: a function that is called during a run "
+                "must not run the bench or wait (run_until(), ask() ...); queue data with send(), or wait after the run"
             )
         if self.woken or self.pending:
             self.settle()

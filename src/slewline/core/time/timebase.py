@@ -1,9 +1,9 @@
 """Time is an integer number of picoseconds; a chip counts clock ticks, and only their sum is converted.
 
-Users write "25 us", "1.5 ms" or an int of picoseconds.  A float is refused, because it is already rounded; the
-exception is `bench.now`, a float that stores its picoseconds (`Seconds`).  For waiting times and instants of actions
-(`picoseconds`), an int from 1 to 999 is refused, too: it was probably meant in another unit, and "5 ps" can be written
-instead.  For queries about the past (`moment`) any int is accepted.
+Users write "25 us", "1.5 ms" or an integer number of picoseconds.  A float is refused, because it is already
+rounded; the exception is `bench.now`, a float that stores its picoseconds (`Seconds`).  For waiting times and instants
+of actions (`picoseconds`), an int from 1 to 999 is refused, too: it was probably meant in another unit, and "5 ps" can
+be written instead.  For queries about the past (`moment`) any int is accepted.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ def _whole(time: Time, negative: bool) -> int:
         if not isinstance(time, Seconds):
             example = f"{time:g} s" if isinstance(time, float) and "e" not in f"{time:g}" else "25 us"
             raise TimeError(
-                f"time {time!r}: expected text such as {example!r}, bench.now, or an int of picoseconds; "
+                f"time {time!r}: expected text such as {example!r}, bench.now, or an integer number of picoseconds; "
                 "a float would be rounded"
             ) from None
         ps = time.ps
@@ -101,7 +101,7 @@ def _whole(time: Time, negative: bool) -> int:
 
 
 def picoseconds(time: Time, *, negative: bool = False) -> int:
-    """Return a time in picoseconds: from text such as "25 us", from `bench.now`, or from an int of picoseconds.
+    """Return a time in picoseconds; it is given as text such as "25 us", as `bench.now`, or in picoseconds.
 
     Args:
         time: the time.
@@ -172,7 +172,7 @@ def hertz(frequency: str | int) -> int:
         return _scaled(frequency, FREQUENCIES, "frequency", "11 MHz")
     if isinstance(frequency, int) and not isinstance(frequency, bool):
         return frequency
-    raise TimeError(f"frequency {frequency!r}: expected text such as '11 MHz', or an int of hertz")
+    raise TimeError(f"frequency {frequency!r}: expected text such as '11 MHz', or an integer number of hertz")
 
 
 def readable(ps: int) -> str:

@@ -101,7 +101,7 @@ class TextReader(Reader):
 
     # ------------------------------------------------------------------------------------------------------- labels
     def end(self, labels: tuple[str, ...]) -> None:
-        """Report that the text ends before the instruction that `labels` name."""
+        """Report that the text ends before the instruction to which `labels` refer."""
         self.unnamed(0, len(self.text), labels)
 
     def unnamed(self, at: int, end: int, labels: tuple[str, ...]) -> None:

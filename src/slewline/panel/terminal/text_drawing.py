@@ -1,4 +1,4 @@
-"""Figures, times and curves as text of a given width."""
+"""Numbers, times and curves as text of a given width."""
 
 from __future__ import annotations
 

@@ -132,7 +132,8 @@ class PacketHost(Host):
             name: the mnemonic.
             values: the arguments, in the units of the command; a rate may also be text, such as "12345 steps/s"
                 or "0.5 steps/cycle2".
-            axis: the axis that is first made the current one, unless it already is; 0: no change of the current axis.
+            axis: the axis to select before the command is sent, if it is not current already; 0: leave the current axis
+                selected.
             timeout: the longest wait, in virtual time.
 
         Raises:
