@@ -338,8 +338,8 @@ def parts_page() -> str:
         "Parts around a chip are added with `bench.part(kind, to=x, ...)` in Python, or `[[part]]` in a bench file.\n"
         "With `to`, pins with an arrow are wired to the neighbour's pin in [that role](#roles). This may be a\n"
         "chip or another part; on a chip with several axes the option `axis` selects one. A part that needs a pin\n"
-        "which the neighbour lacks is refused with the reason. Figures are those of the CY525 manual, for the GS-C\n"
-        "those of its data sheet.\n"
+        "which the neighbour lacks is refused with the reason. Figure numbers refer to the CY525 manual; those\n"
+        "with GS-C refer to the data sheet of the GS-C modules.\n"
     )
     table_of_kinds = table(("kind", "description", "pins", "fits chips"), kinds)
     roles = table(("role", "a pin that"), ((f"`{role}`", says) for role, says in ROLES.items()))
@@ -349,7 +349,7 @@ def parts_page() -> str:
         "## From Python\n\nMethods and attributes of each part, besides `name`, `pin(name)`, `pins`, `findings`,\n"
         "`on_finding`, `quantities()`, `shows()`, `idle` and `waiting`. `help` has the details.\n\n"
         f"{table(('kind', ''), faces)}\n\n"
-        "## Roles\n\nA role is the purpose of a pin; the pin tables on the pages of the chips have them.\n\n"
+        "## Roles\n\nA role is the purpose of a pin; the pin tables on the chip pages list the roles.\n\n"
         f"{roles}\n"
     )
 

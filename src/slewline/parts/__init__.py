@@ -60,7 +60,7 @@ KINDS = {
     "translator": ListedPart(at="shafts.motor:Translator", description="pulse-to-step translator (fig. 10.4)"),
     "rotor": ListedPart(at="shafts.motor:Rotor", description="rotor between two windings"),
     "motor": ListedPart(at="shafts.motor:Motor", description="motor that may lose steps, with step detector (GS-C fig. 14, 17, 18)"),
-    "stepper": ListedPart(at="steppers.stepper:Stepper", description="stepper motor with driver and load by their equations: it loses steps like a real one"),
+    "stepper": ListedPart(at="steppers.stepper:Stepper", description="stepper motor with driver and load, modelled by their equations: it loses steps like a real one"),
     "encoder": ListedPart(at="shafts.encoder:Encoder", description="encoder on the shaft of a stepper motor, which may be blocked or slip"),
     "switch": ListedPart(at="shafts.sensors:Switch", description="home or limit switch on a shaft or a carriage"),
     "gear": ListedPart(at="shafts.carriage:Gear", description="gear between two shafts"),

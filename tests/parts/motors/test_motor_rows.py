@@ -38,9 +38,9 @@ SMALL = {"current": 1, "resistance": 5, "inductance": "8 mH", "torque": "490 mNm
 VR = {"windings": "reluctance", "current": 1, "resistance": 5, "inductance": "8 mH", "inertia": "68 gcm2"}
 NAMES = ", ".join(MOTORS)
 NEEDS = (
-    "current (A: rated current of a phase), resistance (ohm: of a phase), "
-    "inductance (H: of a phase; for a reluctance motor, the mean), torque (N m: holding torque at the rated current), "
-    "inertia (kg m2: of the rotor)"
+    "current (A: rated current of a phase), resistance (ohm: resistance of a phase), "
+    "inductance (H: inductance of a phase; for a reluctance motor, its mean), "
+    "torque (N m: holding torque at the rated current), inertia (kg m2: inertia of the rotor)"
 )
 TABLE = ", ".join(row.name for row in FIGURES)
 ALLOWED = f"the name of a motor, text such as '{EXAMPLE}', or a table (keys: like, step_angle, {TABLE})"

@@ -8,14 +8,14 @@ from types import MappingProxyType
 AXIS_ROLES: Mapping[str, str] = MappingProxyType(  # a pin of an axis that ...
     {
         "step": "shows every step",
-        "direction": "shows the direction; high, or the level that is named: clockwise, or positive",
+        "direction": "shows the direction: high, or the level given in the pin table, is clockwise or positive",
         "moving": "shows that the motor is moving",
         "ramping": "shows that the motor is accelerating or decelerating",
         "slewing": "shows that the motor is running at its steady rate",
         "motion_complete": "shows that a motion is complete",
         **{f"phase{n}": f"energises phase {n} of a motor with four phases" for n in (1, 2, 3, 4)},
         "driver_reset": "sets the driver to its first state",
-        "enable": "enables the next step, or holds it",
+        "enable": "enables the next step, or holds it back",
         "abort": "stops the motion",
         "home": "signals that the motor is at its home position",
         "end": "signals that the motor is at either end of its travel",

@@ -36,7 +36,9 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 LEVELS = ("low", "high")
-AXIS = Option("axis", "int", 1, "of the neighbour", low=1, high=4)  # for a part that is wired to the pins of one axis
+AXIS = Option(
+    "axis", "int", 1, "axis of the neighbour", low=1, high=4
+)  # for a part that is wired to the pins of one axis
 
 
 def served(host: str, chips: Mapping[str, T], chip: object) -> T:

@@ -38,7 +38,7 @@ def base_option(default: int | None, description: str) -> Option:
         "base",
         "int",
         default,
-        f"the first of its addresses, {STEPS}{description}",
+        f"first I/O address of the card, {STEPS}{description}",
         none=default is None,
         like="0x340",
         check=lambda base: "" if base is None or base in BASES else f"allowed {STEPS}",

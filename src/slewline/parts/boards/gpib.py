@@ -59,9 +59,7 @@ class GpibListener(Part):
         }
     )
 
-    options = (
-        Option("line_feeds", "bool", False, "let line feeds through, which many controllers send after each return"),
-    )
+    options = (Option("line_feeds", "bool", False, "pass line feeds on; many controllers send one after each return"),)
 
     def __init__(self, kernel: Kernel, name: str, *, line_feeds: bool) -> None:
         super().__init__(kernel, name)

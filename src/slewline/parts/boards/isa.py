@@ -53,7 +53,7 @@ class Isa(Board):
             "; by default 0x340, or that of the card; the select lines of the application note allow 0x340, 0x350, "
             "0x370 and 0x390",
         ),
-        Option("card", "text", "pmd", f"its registers: {ALLOWED}", like="pi-c842", check=wrong),
+        Option("card", "text", "pmd", f"register layout: {ALLOWED}", like="pi-c842", check=wrong),
     )
     _remedy = '; if the host program is for another card, set the option card, such as card="pi-c842"'
 

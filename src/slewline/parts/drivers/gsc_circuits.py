@@ -120,8 +120,13 @@ class Damping(Part):
     wiring = MappingProxyType({"clock": "step", "dir": "direction", "mov": "moving", "ramp": "ramping"})
 
     options = (
-        Option("t1", "time", "2 ms", "from the last step to the first pulse"),
-        Option("t2", "time", "3 ms", "from the last step to the second pulse; 0: none, the motor ends one step short"),
+        Option("t1", "time", "2 ms", "time from the last step to the first pulse"),
+        Option(
+            "t2",
+            "time",
+            "3 ms",
+            "time from the last step to the second pulse; 0: no second pulse, so the motor stops one step short",
+        ),
     )
 
     def __init__(self, kernel: Kernel, name: str, *, t1: Time, t2: Time) -> None:

@@ -204,10 +204,10 @@ class PhaseCurrent(Part):
     wiring = MappingProxyType({"mov": "moving", "ramp": "ramping"})
 
     options = (
-        Option("r1", "float", 4245, "resistor at Tr1, to the supply", unit="ohm", check=_resists),
+        Option("r1", "float", 4245, "resistor from Tr1 to the supply", unit="ohm", check=_resists),
         Option("r2", "float", 500, "resistor at Tr2", unit="ohm", check=_resists),
         Option("r3", "float", 937, "permanent resistor", unit="ohm", check=_resists),
-        Option("driver", "choice", "gs-d200", "the driver module", choices=tuple(NETWORKS)),
+        Option("driver", "choice", "gs-d200", "driver module", choices=tuple(NETWORKS)),
     )
 
     def __init__(self, kernel: Kernel, name: str, *, r1: float, r2: float, r3: float, driver: str) -> None:

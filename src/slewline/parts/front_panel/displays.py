@@ -178,8 +178,8 @@ class Lcd(Shows, Part):
     wiring = MappingProxyType({"rxd": "serial_out"})
     options = (
         BAUD,
-        Option("rows", "int", 4, "lines", low=1, high=8),
-        Option("columns", "int", 40, "characters of a line; the left part takes 11 of them", low=16, high=80),
+        Option("rows", "int", 4, "number of lines", low=1, high=8),
+        Option("columns", "int", 40, "characters per line, of which the left part takes 11", low=16, high=80),
     )
     _LEFT = 11
 

@@ -29,7 +29,7 @@ class Keyboard(Part):
 
     options = (
         Option("down", "time", "80 ms", "duration of a key press"),
-        Option("apart", "time", "120 ms", "from the release of one key to the next"),
+        Option("apart", "time", "120 ms", "time from the release of one key to the next key press"),
     )
 
     def __init__(self, kernel: Kernel, name: str, *, down: Time, apart: Time) -> None:

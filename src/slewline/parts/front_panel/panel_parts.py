@@ -56,8 +56,8 @@ class Thumbwheels(Part):
     wiring = MappingProxyType({**BUS_WIRING, "select": "switch_select"})
     verbs = ("turn",)
     options = (
-        Option("letter", "text", "R", "of the command whose number they set", check=_one_letter),
-        Option("value", "text", "000", "setting: all digits of the bank", check=_digits, like="'100'"),
+        Option("letter", "text", "R", "letter of the command whose number the switches set", check=_one_letter),
+        Option("value", "text", "000", "initial setting, one digit per switch", check=_digits, like="'100'"),
     )
     rewired = start_bus
 
@@ -124,7 +124,7 @@ class JogSwitch(Part):
     _for_users = ("cw", "ccw", "off", "position")
     wiring = MappingProxyType({"out": "jog"})
     verbs = ("cw", "ccw", "off")
-    options = (Option("position", "choice", "off", "position at the start", choices=("off", "cw", "ccw")),)
+    options = (Option("position", "choice", "off", "initial position", choices=("off", "cw", "ccw")),)
     _LEVELS = MappingProxyType({"off": None, "cw": 0, "ccw": 1})
 
     def __init__(self, kernel: Kernel, name: str, *, position: str = "off") -> None:

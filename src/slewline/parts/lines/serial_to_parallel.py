@@ -95,7 +95,7 @@ class Uart(Part):
     _for_users = ("held",)
     wiring = MappingProxyType({"db": "data", "request": "request", "rde": "in_strobe", "rdav": "ready"})
     options = (
-        Option("baud", "choice", 9600, "output of the baud rate generator", choices=tuple(GENERATOR)),
+        Option("baud", "choice", 9600, "rate of the baud rate generator", choices=tuple(GENERATOR)),
         *word_options(8, "none", 1),
     )
 

@@ -79,7 +79,7 @@ class Delay(Part):
         delay: the delay, 1 ps or more.
     """
 
-    options = (Option("delay", "time", "100 ns", "from the input to the output", low=1),)
+    options = (Option("delay", "time", "100 ns", "delay from the input to the output", low=1),)
 
     def __init__(self, kernel: Kernel, name: str, *, delay: Time = "100 ns") -> None:
         super().__init__(kernel, name)

@@ -92,7 +92,7 @@ class Drill(Part):
 
     _for_users = ("position", "gap")
     wiring = MappingProxyType({**STEP_WIRING, "motor": "output2"})
-    options = (Option("gap", "int", 100, "from the upper end to the bar", low=1, unit="steps"),)
+    options = (Option("gap", "int", 100, "distance from the upper end to the bar", low=1, unit="steps"),)
     attached = attach_drive
     quantities, forget = shaft_quantities, forget_shaft
 

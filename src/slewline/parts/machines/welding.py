@@ -30,7 +30,12 @@ class Workpieces(Part):
     options = (
         Option("pieces", "int", 3, "number of workpieces", low=0),
         Option("welds", "int", 6, "welds (falling edges of `torch`) per workpiece", low=1),
-        Option("change", "time", "1 s", "from the start, or the departure of a workpiece, to the next one"),
+        Option(
+            "change",
+            "time",
+            "1 s",
+            "time from the start, or from the departure of a workpiece, to the arrival of the next one",
+        ),
     )
 
     def __init__(self, kernel: Kernel, name: str, *, pieces: int, welds: int, change: Time) -> None:

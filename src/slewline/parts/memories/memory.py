@@ -28,7 +28,14 @@ from .external import WRITE_WIRING, BusInterface, start_bus
 POLLED = 0x80  # bit that reads inverted while a byte is being written
 MEMORY_WIRING = MappingProxyType({**WRITE_WIRING, "select": "memory_select"})
 OF_ALL = (
-    Option("size", "choice", None, "bytes; None: as long as the image, else 65536", choices=SIZES, none=True),
+    Option(
+        "size",
+        "choice",
+        None,
+        "size in bytes; None: that of the image, or 65536 without an image",
+        choices=SIZES,
+        none=True,
+    ),
     Option("image", "bytes", b"", "content from address 0 on; the rest is FF"),
 )
 
@@ -168,8 +175,8 @@ class Eeprom(Part):
     keeps = True
     options = (
         *OF_ALL,
-        Option("write_time", "time", "5 ms", "to write a byte", low=1),
-        Option("flush", "time", "200 ms", "longest wait of a written byte for the store", low=1),
+        Option("write_time", "time", "5 ms", "time to write a byte", low=1),
+        Option("flush", "time", "200 ms", "maximum time before a written byte is saved to the store", low=1),
         STORE,
     )
     rewired = start_bus

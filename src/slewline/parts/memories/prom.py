@@ -37,7 +37,7 @@ class Prom(Part):
 
     options = (
         Option("image", "bytes", ..., "content from address 0 on; the rest is FF, as in an erased PROM", check=_fits),
-        Option("start", "int", 0, "preset of the address inputs; switches on p0 to p7 override it", low=0, high=255),
+        Option("start", "int", 0, "initial address; switches on p0 to p7 override it", low=0, high=255),
         Option(
             "stop", "choice", "data", "end of a program: the byte FF, or (binary programs) address FF", choices=STOPS
         ),

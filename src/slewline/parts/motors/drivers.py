@@ -66,15 +66,17 @@ DRIVERS: Mapping[str, DriverRow] = MappingProxyType(
 )
 
 FIGURES = (  # figures of a table, in the order of DriverData
-    Option("name", "text", "own", "its name", like="'my driver'"),
+    Option("name", "text", "own", "name of the driver", like="'my driver'"),
     Option("kind", "choice", ..., "circuit", choices=("current", "averaged", "chopper", "voltage", "bilevel")),
     positive("supply", "V", "supply", None),
-    positive("current", "A", "of a phase with two phases on; by default the rated current of the motor", None),
-    figure("series", "ohm", "in series with each winding"),
+    positive(
+        "current", "A", "current of a phase while two phases are on; by default the rated current of the motor", None
+    ),
+    figure("series", "ohm", "resistance in series with each winding"),
     figure("lag", "s", "time constant of an ideal current source"),
-    positive("high", "V", "of a bilevel driver, after each change of a phase", None),
+    positive("high", "V", "high supply of a bilevel driver, used after each change of a phase", None),
     positive("high_time", "s", "duration of the high supply", None),
-    positive("frequency", "Hz", "of the clock of a chopper", 20e3),
+    positive("frequency", "Hz", "clock frequency of a chopper", 20e3),
     figure("off_time", "s", "pause of a chopper without a clock, instead of a frequency; 0: it has a clock"),
     Option(
         "decay",
@@ -83,14 +85,14 @@ FIGURES = (  # figures of a table, in the order of DriverData
         "decay of the current in the pause of a chopper",
         choices=("slow", "fast", "mixed", "auto"),
     ),
-    Option("fast_part", "float", 0.3, "of the period or the pause, in mixed and auto decay", check=share),
+    Option("fast_part", "float", 0.3, "fraction of the period or the pause, in mixed and auto decay", check=share),
     figure("least_on", "s", "blanking: minimum on-time of a phase"),
-    figure("diode", "V", "dropped in the pause of a chopper"),
-    figure("clamp", "V", "into which a switched-off half winding drives its current", 0.7),
+    figure("diode", "V", "voltage drop of the diodes in the pause of a chopper"),
+    figure("clamp", "V", "clamping voltage of a half winding that is switched off", 0.7),
     Option("boost", "bool", False, "a phase that is on alone has sqrt(2) times the current"),
-    Option("rest", "float", 1.0, "at rest, as a factor of the current; or text such as '0.5 A'", low=0),
-    Option("slew", "float", 1.0, "at constant speed, likewise", low=0),
-    Option("ramp", "float", 1.0, "on ramps, likewise", low=0),
+    Option("rest", "float", 1.0, "current at rest, as a factor of `current`; or text such as '0.5 A'", low=0),
+    Option("slew", "float", 1.0, "current at constant speed, likewise", low=0),
+    Option("ramp", "float", 1.0, "current on ramps, likewise", low=0),
     Option("source", "text", "", "source of the figures", like="'data sheet, 2012'"),
 )
 LEVELS = ("rest", "slew", "ramp")

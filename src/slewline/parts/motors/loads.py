@@ -21,21 +21,21 @@ GRAVITY = 9.80665  # m/s2
 AXIS = ("mass", "lead", "efficiency", "force", "vertical")
 
 FIGURES = (
-    figure("inertia", "kg m2", "of all that turns with the shaft, except the rotor"),
+    figure("inertia", "kg m2", "inertia of all that turns with the shaft, except the rotor"),
     figure("viscous", "N m s", "drag that grows with the speed"),
     figure("friction", "N m", "Coulomb friction"),
     figure("stiction", "N m", "torque that a shaft at rest resists; None: the friction", None),
-    signed("torque", "N m", "acting backwards, such as a lifted weight; negative: forward"),
-    figure("stiffness", "N m/rad", "of the coupling to the inertia; 0: rigid"),
-    figure("coupling_drag", "N m s", "of the coupling"),
-    figure("damper_inertia", "kg m2", "of a damper on the shaft"),
-    figure("damper_drag", "N m s", "by which it is dragged along"),
-    Option("low", "float", None, "hard stop", unit="full steps", none=True),
-    Option("high", "float", None, "hard stop", unit="full steps", none=True),
-    figure("mass", "kg", "of a linear axis"),
+    signed("torque", "N m", "torque acting backwards, such as that of a lifted weight; negative: forward"),
+    figure("stiffness", "N m/rad", "stiffness of the coupling to the inertia; 0: rigid"),
+    figure("coupling_drag", "N m s", "viscous drag of the coupling"),
+    figure("damper_inertia", "kg m2", "inertia of a damper on the shaft"),
+    figure("damper_drag", "N m s", "viscous drag between the damper and the shaft"),
+    Option("low", "float", None, "position of the lower hard stop", unit="full steps", none=True),
+    Option("high", "float", None, "position of the upper hard stop", unit="full steps", none=True),
+    figure("mass", "kg", "mass of a linear axis"),
     figure("lead", "m", "travel of the axis per turn"),
-    Option("efficiency", "float", 1.0, "of the screw, for the force", check=share),
-    figure("force", "N", "of friction on the axis"),
+    Option("efficiency", "float", 1.0, "efficiency of the screw, for the force", check=share),
+    figure("force", "N", "friction force on the axis"),
     Option("vertical", "bool", False, "the axis lifts its mass as it counts up"),
 )
 NEEDS = (  # figures that have no effect without another figure

@@ -79,18 +79,18 @@ _ROWS = (  # hybrid motors with 200 full steps per revolution, holding torque wi
 MOTORS: Mapping[str, MotorData] = MappingProxyType({row.name: row for row in _ROWS})
 
 FIGURES = (  # figures of a table, in the order of MotorData
-    Option("name", "text", "own motor", "its name", like="'my motor'"),
+    Option("name", "text", "own motor", "name of the motor", like="'my motor'"),
     Option("windings", "choice", "bipolar", "type of windings", choices=("bipolar", "unipolar", "reluctance")),
     Option("teeth", "int", 50, "pole pairs; 50 make 200 full steps per revolution", low=1),
     Option("phases", "int", 4, "windings of a reluctance motor", low=3),
     positive("current", "A", "rated current of a phase"),
-    positive("resistance", "ohm", "of a phase"),
-    positive("inductance", "H", "of a phase; for a reluctance motor, the mean"),
+    positive("resistance", "ohm", "resistance of a phase"),
+    positive("inductance", "H", "inductance of a phase; for a reluctance motor, its mean"),
     figure("swing", "H", "amplitude of the inductance of a reluctance motor around its mean"),
     figure("torque", "N m", "holding torque at the rated current"),
     Option("rated", "choice", "two", "number of phases on at the holding torque", choices=("two", "one")),
     figure("detent", "N m", "detent torque, without current"),
-    positive("inertia", "kg m2", "of the rotor"),
+    positive("inertia", "kg m2", "inertia of the rotor"),
     figure("iron", "N m s", "drag by iron loss; None: 2.66e-3 s times the holding torque", None),
     figure("viscous", "N m s", "bearing drag"),
     figure("friction", "N m", "Coulomb friction of bearings and seals"),

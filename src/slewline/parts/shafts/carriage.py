@@ -70,12 +70,19 @@ class Carriage(Part):
     _for_users = ("place", "lost", "scale", "unit")
     sits: ClassVar[Literal["", "may", "must"]] = "must"
     options = (
-        Option("backlash", "float", 0, "travel of the shaft after a reversal until it follows", low=0, unit="steps"),
+        Option(
+            "backlash",
+            "float",
+            0,
+            "travel of the shaft, after a reversal, before the carriage follows",
+            low=0,
+            unit="steps",
+        ),
         Option("low", "float", None, "position of the lower hard stop; None: no stop", unit="steps", none=True),
         Option("high", "float", None, "position of the upper hard stop; None: no stop", unit="steps", none=True),
-        Option("start", "float", 0, "position at the start", unit="steps"),
+        Option("start", "float", 0, "initial position", unit="steps"),
         Option("scale", "float", 1, "travel per step, in `unit`"),
-        Option("unit", "text", "steps", "of its position"),
+        Option("unit", "text", "steps", "unit of the position"),
     )
     forget = forget_shaft
 

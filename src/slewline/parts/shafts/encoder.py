@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 PUSH_PS = 2_000_000  # count interval of a shaft that is turned by hand
 FASTEST = 100_000_000  # counts/s of a shaft that another machine turns: chips count a few million
-AXIS = Option("axis", "int", 1, "of the chip", low=1, high=4)
+AXIS = Option("axis", "int", 1, "axis of the chip", low=1, high=4)
 MOTOR = MappingProxyType({"pulse": "pulse", "dir": "direction"})  # its pins, by the encoder's names
 COUNT_WIRING = MappingProxyType({"a": "encoder_a", "b": "encoder_b"})
 CHANNELS = MappingProxyType({"a": LevelPattern(0, 1, 1, 0), "b": LevelPattern(0, 0, 1, 1)})  # levels by the count
@@ -163,10 +163,10 @@ class Encoder(ShowsCounts, Blockable, Part):
 
     options = (
         AXIS,
-        Option("counts", "int", 4000, "per revolution", low=1, high=1 << 20),
-        Option("steps", "int", 12800, "per revolution, of its own motor", low=1),
-        Option("reverse", "bool", False, "it counts in the opposite direction"),
-        Option("lag", "time", "1 us", "from a step to its count", low=1),
+        Option("counts", "int", 4000, "counts per revolution", low=1, high=1 << 20),
+        Option("steps", "int", 12800, "steps per revolution of the motor, unless `on` names a shaft", low=1),
+        Option("reverse", "bool", False, "count in the opposite direction"),
+        Option("lag", "time", "1 us", "delay from a step to its count", low=1),
     )
 
     def __init__(

@@ -169,9 +169,16 @@ class Motor(Part):
     options = (
         *STEP_OPTIONS,
         Option("lag", "time", 0, "duration of a step"),
-        Option("pull_in", "float", 0, "greatest rate from rest; 0: any rate at any time", low=0, unit="steps/s"),
-        Option("acceleration", "float", 0, "greatest acceleration", low=0, unit="steps/s2"),
-        Option("loses", "ints", (), "numbers of further pulses that it misses", low=1),
+        Option(
+            "pull_in",
+            "float",
+            0,
+            "highest rate at which the motor starts from rest; 0: no limit on rate or acceleration",
+            low=0,
+            unit="steps/s",
+        ),
+        Option("acceleration", "float", 0, "highest acceleration", low=0, unit="steps/s2"),
+        Option("loses", "ints", (), "numbers of pulses, counted from 1, that the motor also misses", low=1),
     )
     attached = attach_drive
     rewired = start_rule

@@ -121,20 +121,36 @@ class Switch(Part):
     wiring = MappingProxyType({"out": "home"})
     sits: ClassVar[Literal["", "may", "must"]] = "must"
     options = (
-        Option("role", "choice", "home", "role of the input that `to` wires it to", choices=ROLES),
-        Option("axis", "int", 1, "of the neighbour", low=1, high=4),
-        Option("low", "float", None, "lowest position at which it is closed; None: no limit", unit="steps", none=True),
+        Option("role", "choice", "home", "role of the input to which `to` wires the switch", choices=ROLES),
+        Option("axis", "int", 1, "axis of the neighbour", low=1, high=4),
+        Option(
+            "low",
+            "float",
+            None,
+            "lowest position at which the switch is closed; None: no limit",
+            unit="steps",
+            none=True,
+        ),
         Option(
             "high",
             "float",
             None,
-            "lowest position above `low` at which it is open again; None: no limit",
+            "lowest position above `low` at which the switch is open again; None: no limit",
             unit="steps",
             none=True,
         ),
-        Option("hysteresis", "float", 0, "distance beyond these positions at which it opens", low=0, unit="steps"),
-        Option("lag", "time", "1 us", "from a step to the edge", low=1),
-        Option("active", "choice", None, "level while closed; None: that of the input", choices=(0, 1), none=True),
+        Option(
+            "hysteresis", "float", 0, "distance beyond these positions at which the switch opens", low=0, unit="steps"
+        ),
+        Option("lag", "time", "1 us", "delay from a step to the edge", low=1),
+        Option(
+            "active",
+            "choice",
+            None,
+            "level while closed; None: the active level of the input",
+            choices=(0, 1),
+            none=True,
+        ),
     )
     rewired = start_rule
 
