@@ -59,6 +59,17 @@ def test_a_train_through_gates_makes_no_events(bench):
     assert edges(bench, "d.out")[-2:] == [(10**12 - 10 * US + 100_000, 0), (10**12 - 3 * US + 100_000, 1)]
 
 
+def test_an_input_can_be_read_before_the_first_run(bench):
+    inverter = bench.part("inverter", "i")
+    pulse = driver(bench, "i.in1", 1)
+    bench.kernel.settle()
+    assert not inverter.rule.is_started and inverter.rule.shown("in1") == 1
+    promise = train()
+    pulse.play(promise)
+    bench.run(0)
+    assert inverter.rule.is_started and inverter.rule.shown("in1") is promise
+
+
 def test_a_bound_that_moves_leaves_the_promise_and_notifies_every_watcher(bench):
     bench.part("inverter", "i")
     pulse, out = driver(bench, "i.in1"), bench.pin("i.out").net

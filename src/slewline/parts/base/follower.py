@@ -44,7 +44,7 @@ class Follower:
         inputs: the names of the input pins.
         schedule: a function that promises the outputs from this instant on, given the current inputs.
         react: a function that drives the outputs to levels when an input has changed, if the part is in a loop.
-        cut: a function that processes the inputs up to an instant (ps); the time before it cannot be queried later.
+        cut: a function that processes the inputs up to an instant (ps), before their promises are replaced.
         delay_ps: the delay from the inputs to the outputs, ps.
 
     Attributes:
@@ -97,7 +97,10 @@ class Follower:
 
     def shown(self, name: str) -> Promise | Level:
         """Return the present and future state of an input: a promised waveform, or a constant level."""
-        return self.part.pins[name].net.level if self.edge_driven else self.lookaheads[name].shown()
+        net = self.part.pins[name].net
+        if self.edge_driven:
+            return net.level
+        return self.lookaheads[name].shown() if name in self.lookaheads else net.shown()
 
     # ------------------------------------------------------------------------------------------------------- changes
     def changed(self) -> None:

@@ -132,8 +132,7 @@ class PacketHost(Host):
             name: the mnemonic.
             values: the arguments, in the units of the command; a rate may also be text, such as "12345 steps/s"
                 or "0.5 steps/cycle2".
-            axis: the axis to select before the command is sent, if it is not current already; 0: leave the current axis
-                selected.
+            axis: the axis to select before the command is sent, unless it is current; 0: leave the selection unchanged.
             timeout: the longest wait, in virtual time.
 
         Raises:
